@@ -43,7 +43,10 @@ OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 # Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
-TEST_FILES   := $(filter-out tests/test_opencl_%,$(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c))))
+TEST_FILES   := $(sort $(wildcard tests/unit/test_*.c tests/examples/test_*.c))
+ifeq ($(VARIANT),tsan)
+  TEST_FILES := $(shell grep -l -e pthread -e histories.h $(TEST_FILES))
+endif
 TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
 
 ifdef SPRINGLS_DATA
@@ -86,10 +89,10 @@ check: build/embed   ## is springls.h what the parts produce? includes no part a
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
 	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
 	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
-	@$(CC) $(STRICT) -I. -o build/print_kernels tests/compile/print_kernels.c -lm
+	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl
-	@tests/compile/kernels.sh build/kernels.cl
-	@CC="$(CC)" tests/compile/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
+	@tests/portability/kernels.sh build/kernels.cl
+	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 
 SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
@@ -114,4 +117,4 @@ format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are bet
 clean:   ## remove build/
 	rm -rf build
 
--include $(wildcard build/*.d build/common/*.d build/test*/*.d build/bench/*.d)
+-include $(wildcard build/*.d build/common/*.d build/test*/*/*.d build/bench/*.d)

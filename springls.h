@@ -11,8 +11,15 @@
      >>grid:kernel          kernels_embed/model/grid.h
      >>model:kernel         kernels_embed/model/model.h
      >>triangle:kernel      kernels_embed/language/triangle.h
+     >>simd:kernel          kernels_embed/language/simd.h
      >>vector:kernel        kernels_embed/language/vector.h
      >>compat:kernel        kernels_embed/language/compat.h
+     >>width_float:kernel   kernels_embed/language/width_float.h
+     >>vector_body:kernel   kernels_embed/language/vector_body.h
+     >>width_simd:kernel    kernels_embed/language/width_simd.h
+     >>triangle_body:kernel kernels_embed/language/triangle_body.h
+     >>springl_body:kernel  kernels_embed/model/springl_body.h
+     >>advect_body:kernel   kernels_embed/stages/advect_body.h
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
      >>memory               src/runtime/memory.h
@@ -22,12 +29,14 @@
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
      >>relax:kernel         kernels_embed/stages/relax.h
+     >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>winding:kernel       kernels_embed/language/winding.h
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
      >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>fit:kernel           kernels_embed/model/fit.h
      >>project:kernel       kernels_embed/stages/project.h
+     >>project_body:kernel  kernels_embed/stages/project_body.h
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>track:kernel         kernels_embed/stages/track.h
      >>resample:kernel      kernels_embed/stages/resample.h
@@ -40,14 +49,8 @@
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
-     >>simd:kernel          kernels_embed/language/simd.h
-     >>lanes_neighbors:kernel kernels_embed/model/lanes_neighbors.h
-     >>lanes_rows:kernel    kernels_embed/stages/lanes_rows.h
-     >>lanes_project:kernel kernels_embed/stages/lanes_project.h
-     >>rows:kernel          kernels_embed/stages/rows.h
      >>resumable            src/runtime/resumable.h
      >>launch               src/runtime/launch.h
-     >>lanes_relax          src/runtime/lanes_relax.h
      >>parallel             src/runtime/parallel.h
      >>stage_clock          src/runtime/stage_clock.h
      >>host_access          src/model/host_access.h
@@ -56,7 +59,6 @@
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
      >>advect               src/stages/advect.h
-     >>lanes_advect         src/runtime/lanes_advect.h
      >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
      >>cell_list            src/model/cell_list.h
@@ -103,122 +105,159 @@
    rest, each what it uses. `make springls.h` puts them together. */
 
 /* ======== >>manual  (src/interface/manual.h) =================================================================== */
-/* springls.h - Spring Level Sets in one header of C99.
+/* springls.h - Spring Level Sets in one C99 header.
 
    The method: B. C. Lucas, M. Kazhdan, R. H. Taylor, "Spring Level Sets: A Deformable Model Representation to Provide
-   Interoperability between Meshes and Level Sets", IEEE TVCG 19(5), 2013: "the paper" below.
+   Interoperability between Meshes and Level Sets", IEEE TVCG 19(5), 2013. "The paper" below is this one; section, equation
+   and table numbers are its own.
 
    WHAT IT IS
 
    One deformable model in three forms that are kept in agreement:
 
-     springls   a triangle soup; each triangle hangs by three springs on a particle and moves with the flow
+     springls   a triangle soup: each triangle hangs by three springs on a particle, and moves with the flow
      points     each particle p remembers its place a on the original surface
-     phi        a signed distance on a sparse grid, negative inside; its zero level is a watertight surface
+     phi        a signed distance on a sparse voxel grid, negative inside; its zero level is a watertight surface
 
-   Springls carry detail and correspondence; phi says what is inside, where springls are missing and where they are
-   superfluous. Topology changes by itself, or is preserved on request.
+   Springls carry detail and correspondence. phi shows what is inside, where springls are missing and where there are too
+   many. The topology changes by itself, or is preserved on request.
 
-   DO THIS
+   The paper's words:
+
+     springl           a particle, three springs and a triangle: one element of the surface
+     constellation     all springls of a model
+     correspondence    a: the place on the original surface that a particle came from
+     original surface  the model as it was set; its signed distance is phi_ref
+     capsule           all places within d_max of a springl: the zero level there is covered
+     omega             the unsigned distance to the springls
+     narrow band       the voxels near the zero level, where phi is a distance
+
+   QUICK START
 
      #define SPRINGLS_IMPLEMENTATION
      #include "springls.h"
 
-   in exactly one C or C++ file, and include springls.h without the macro everywhere else. Link the C maths library
-   (-lm). Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
-
-   MACROS, defined before the include
-
-     SPRINGLS_IMPLEMENTATION  the function bodies, in one file of the program
-     SPRINGLS_STATIC          every function private to the including file; several files may each have their own copy
-     SPRINGLS_DLL             export the functions from (implementation) or import them from (user) a shared library
-     SPRINGLS_NAMESPACE       =foo: springls_step is foo_springls_step for the linker; two versions fit one program.
-                              Define it alike in every file that includes the header
-     SPRINGLS_ASSERT(c)       internal checks; the default is assert of <assert.h>. Wrong arguments never come here:
-                              they return a status
-     SPRINGLS_NO_SIMD         plain C in the hot loops too. GCC and clang make vectors of 4 floats, of 8 where the target
-                              has AVX2 (-mavx2, -march=native); the results are the same bits
+   in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
+   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it, set grid.size. spacing, origin and direction place the voxels in the
-        world. Hooks for memory, threads, log, progress and trace are optional.
+     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+        Hooks for memory, threads, log, progress and trace are optional.
      2. springls_create(&desc, &ctx).
-     3. Give it a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or
-        _set_springls. Each replaces the model and makes it its own reference: a = p.
-     4. Fill a springls_forces: callbacks that answer for a batch of points, or sampled grids. Speeds are voxels a unit
-        of time, points are voxel coordinates.
-     5. Fill a springls_step_desc: forces, mode, dt, max_displacement = 2: then dt may be as long as you like, and is cut
-        into sub-steps of two voxels. With dt = 0 a step is as long as max_displacement (d_max) allows.
+     3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
+        replaces the model and makes it the original surface: a = p.
+     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
+        voxels a unit of time.
+     5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
+        like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
         springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
+   MACROS, defined before the include
+
+     SPRINGLS_IMPLEMENTATION  adds the function bodies; in one file of the program
+     SPRINGLS_STATIC          makes every function private to the including file; several files may each have their own copy
+     SPRINGLS_DLL             exports the functions from (implementation) or imports them from (user) a shared library
+     SPRINGLS_NAMESPACE       =foo: springls_step is foo_springls_step for the linker, so that two versions fit one program.
+                              Define it alike in every file that includes the header
+     SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
+                              and never reach it
+     SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
+                              the target has AVX2 (-mavx2, -march=native); the results have the same bits
+
    DATA FLOW
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_MODE_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
+   A step runs stages in a fixed order. "paper" and "default" are the two parameter sets; "Mth" is every M-th step
+   (resample_period), "-" never, "4 x" four times.
 
-       advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
+   SPRINGLS_MODE_FLUID, Algorithm 2: for active contours and fluids. Steps of up to d_max with the paper's set, of up to two
+   voxels with the default set (springls_step_desc.max_displacement = 2).
 
-     on the others:
+     stage              paper   default   does
+     advect             every   every     moves springls by the forces
+     relax              every   every     lets each springl seek equilibrium with its neighbours
+     contract           Mth     -         removes, reshapes or merges springls
+     resample           Mth     -         splits large springls
+     relax              Mth     -
+     keep_edges         -       every     turns springls at sharp edges to their own side; only in models that have such edges
+     project            -       every     carries phi along with the springls, and makes it their distance
+     evolve, rebuild    4 x     -         moves phi towards the springls; makes it a distance again
+     (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1)
+     contract           -       Mth
+     resample           -       Mth
+     fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     volume_lock        -       -         with params.volume_lock = 1: every step
 
-       advect  relax  (evolve  rebuild) x evolve_iterations
+   SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is made anew from the springls, which does not preserve
+   topology.
 
-     With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
-
-       advect  relax  [keep_edges]  project  contract  resample  fill_gaps  [volume_lock]
-
-     on the others:
-
-       advect  relax  [keep_edges]  project  [volume_lock]
-
-     predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
-     the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
-     side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
-     evolve_iterations > 0 it follows. After a way of more than band_half_width + 1 voxels, phi is made afresh
-     (unsigned_to_signed), which does not preserve topology: cut such steps by max_displacement.
-     project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
-     springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
-     reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
-     other side, unless topology is PRESERVED or a thin sheet has it.
-     resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
-     Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
-     keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
-     nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
-     fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
-     they span; the zero level's triangles follow only where no springl is within 0.75 voxels, at sheets 1.5, not d_max. A wide hole
-     then takes a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
-     keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
-     split and fill ask each side by itself: see SHARP EDGES.
-     On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
-
-   SPRINGLS_MODE_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
-
-       advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
-
-   with at least three of (evolve  rebuild) where predict = 1: there is nothing to carry. Topology is not preserved: phi is
-   made afresh.
+     stage                paper   default
+     advect               every   every
+     unsigned_to_signed   every   every     makes phi from the springls alone
+     keep_edges           -       every
+     evolve, rebuild      4 x     3 x       at least 3 x where carry_level_set = 1, since there is nothing to carry
+     project              -       every
+     relax                every   every
+     fill_gaps            every   every
+     contract             every   every
+     resample             every   every
+     volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project, keep_edges and volume_lock may also be
-   called alone, in any order.
+   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges
+   and volume_lock may also be called alone, in any order.
+
+   These switches of the default set change what stages do:
+
+     switch                   stage                what it changes
+     carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
+                                                   springls around it came from. Where no springl is near and the surface may
+                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
+                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
+                                                   it. After a motion of more than band_half_width + 1 voxels phi is made anew
+                                                   by unsigned_to_signed, which does not preserve topology: max_displacement
+                                                   avoids such motions
+     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
+                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
+                                                   after phi has been carried
+     project_level_set = 1    project              phi near springls is their oriented distance, to second order
+                              unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
+                                                   that the paper's background cannot reach stay outside
+                              contract             removes springls with the inside in front of them, which are left where
+                                                   bodies have met
+     resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
+     keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
+                                                   behind it, or neighbours are beside it
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
+                                                   drops of that size may vanish
+     fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
+                                                   surface that they span; a wide hole takes a few calls. Then adds the zero
+                                                   level's triangles, but only where no springl is within 0.75 voxel, or 1.5
+                                                   voxels at thin sheets (without the switch: d_max)
+     keep_edges = 1           keep_edges           runs, where the model has sharp edges: see SHARP EDGES
+                              project, resample    average each side of an edge by itself
+                              fill_gaps            the same
+
+   keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
+   a sheet the zero level may be islands: there the springls are the surface.
 
    PARAMETERS
 
-   springls_paper_params() has the paper's rules, springls_default_params() what we recommend. Lengths are voxels. Where
-   the columns differ, each member is a switch of its own, so the effect of one change can be measured.
+   springls_paper_params() has the paper's rules, springls_default_params() what we recommend. Lengths are in voxels. Where
+   the columns differ, each member is a switch of its own, so that the effect of one change can be measured.
 
      symbol     member               meaning                                             default   paper     unit
-     d_max      d_max                capsule radius: nearer than it is covered           0.5       0.5       voxel
+     d_max      d_max                capsule radius: a place nearer than it is covered   0.5       0.5       voxel
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5 (p)
+                relax_iterations     iterations of Algorithm 1                           1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -227,33 +266,33 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
-                relax_same_side      1: neighbours that face the other way do not pull   0         0
+                relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
                 max_angle            larger angles are bad                               160       160       degree
                 min_area             smaller triangles are bad                           0.05      0         voxel^2
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
-                merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
-                keep_thin            1: far springls of a thin sheet stay                1         0
+                merge_distance       of two nearer particles the younger goes; 0: never  0.6       0         voxel
+                keep_thin            1: springls of a thin sheet stay                    1         0
      M          resample_period      steps from one resampling to the next               5         5
-                resample_last        see DATA FLOW                                       1         0
+                resample_last        1: resampling comes after phi has followed          1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
                 split_area           or the area exceeds it                              4         3 (p)     voxel^2
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
-                capture              omega is clamped here, eq. 21                       2         2 (d)     voxel
+                capture_range        omega is clamped here, eq. 21                       2         2 (d)     voxel
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
-                predict              1: springls carry phi along                         1         0
+                carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
-                track_iterations     projections on the original surface, eq. 26         4         4
+                track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
@@ -265,134 +304,152 @@
 
    SHARP EDGES
 
-   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1; not by
-   springls_set_springls, and not when the switch is turned on later. With keep_edges = 1 such an edge stays an edge, where
-   springls about it fall into sides: groups of normals 50 degrees or more apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
-   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
-   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
-   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
-   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
+   With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
+   into sides: groups whose normals are 50 degrees or more apart, each a patch and not a strip, with almost no springl
+   between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
+
+   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1. They are
+   not looked for by springls_set_springls, nor when the switch is turned on later.
+
+   At an edge phi is the larger (convex) or smaller (concave) of the heights above the sides. Beyond a convex edge that is
+   less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
+   mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
+   springls at edges.
 
    ATTRIBUTES
 
-   springls_add_attribute gives every springl some floats under a name; they follow through splits, fills and merges by the policies
-   of its springls_attribute_desc: COPY for labels, BLEND for what is continuous, SHARE for amounts. For colours, weights and the
-   like take BLEND, BLEND and, for merge, COPY: of two springls that merge the elder keeps place and correspondence, and so what
-   belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
-   channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
-   the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
-   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_interpolate_material takes the
-   values from there, which no number of steps wears off. springls_get_provenance says of each springl whether it is original,
-   split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
-   they live on the host, which at each resampling reads what it needs of the springls.
-   springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
+   springls_add_attribute gives every springl some floats under a name. They follow through splits, fills and merges by the
+   policies of its springls_attribute_desc: COPY for labels, BLEND for continuous values, SHARE for amounts. For colours,
+   weights and the like take BLEND for split, BLEND for fill and COPY for merge: of two springls that merge the elder keeps
+   place and correspondence, and so what belongs to them.
+
+   Blending uses weights that are not negative and add up to 1. So values stay in their range, and channels that sum to 1
+   (bone weights) still do; of a function that curves over the original surface each interpolation loses a little.
+
+   A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
+   an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
+   coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
+   nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
+   it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
+   attributes as they keep springls.
 
    VOLUME LOCK
 
-   With volume_lock = 1 every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC ends with each component's volume (of its marching
-   cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
-   springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
-   one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
-   with; parts of less than 10 voxels count as
-   belonging to the largest. It holds the volume against forces too, so it is not for contours that are to grow. It is cosmetic: it hides a loss
-   of volume and improves nothing else, and it is off in every figure we report. springls_stats.volume_correction is what it
-   had to do. It needs 8 bytes more a voxel of active bricks and 4 a brick of the grid.
+   With volume_lock = 1 each component of the model keeps the volume that it had before the first step with the switch on.
+   At the end of every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC the springls and phi of a component move along
+   their normals by one small distance; its volume (of its marching cubes surface, as springls_measure computes it) is then
+   right to about 1 part in 10^6.
+
+     - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
+     - A component that appears from nothing keeps the volume that it appears with.
+     - Parts of less than 10 voxels count as belonging to the largest component.
+     - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
+     - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
+     - springls_stats.volume_correction is the distance that it needed.
+     - It takes 8 bytes a voxel of active bricks and 4 bytes a brick of the grid.
 
    MEMORY
 
-   All memory comes from desc.allocator, or malloc; the library calls it only from the thread that called the library.
-   phi and omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of
-   the surface; a top table has one int a brick. springls_memory_used tells the bytes held. Buffers grow and are reused;
-   springls_reset keeps them, springls_destroy returns them. Views (springls_view_*, springls_ids) belong to the context
-   until the next call that changes the model. A springls_mesh belongs to the caller: springls_mesh_free. Arrays handed
-   in are borrowed during the call.
+   All memory comes from desc.allocator, or malloc, and is asked for only on the thread that called the library. phi and
+   omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
+   a top table has one int a brick of the grid. springls_memory_used returns the bytes held. Buffers grow and are reused;
+   springls_reset keeps them, springls_destroy returns them.
+
+   Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
+   belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
 
    THREADS
 
-   A context belongs to one thread at a time; different contexts are independent; there is no global state. Inside a
-   call, work is cut into ranges that go to desc.tasks.parallel_for, to OpenMP when compiled with it, or run in the
-   calling thread. Force callbacks then run on several threads at once, with different ranges: they must not write to
-   shared state. GCC's OpenMP threads wait in a busy loop, which costs ten times the work where the machine has something
-   else to do: set OMP_WAIT_POLICY=passive in the environment.
+   One thread uses a context at a time; different contexts are independent; there is no global state. Inside a call, work is
+   divided into ranges that go to desc.tasks.parallel_for, or to OpenMP when compiled with it, or run in the calling thread.
+   Force callbacks run on several threads at once, with different batches: they must not write to shared state. GCC's OpenMP
+   threads wait in a busy loop, which can cost ten times the work where other programs run: set OMP_WAIT_POLICY=passive in
+   the environment.
 
    FRAMES
 
-   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
-   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+   springls_step_begin and springls_step_continue run a step in pieces, for a budget of time a frame, with the same bits
+   however it is divided. A stage consists of phases. A step can be left between two phases, and inside the loop that a
+   phase ends with:
 
-     advect               the forces' batches
-     relax                finding neighbours, every iteration
-     contract             choosing, every round of merging
-     project              the projection, removal of specks, every sweep that re-distances
-     fill_gaps            looking for holes, looking for bare triangles
-     evolve, rebuild      omega, eq. 23, every sweep
-     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+     advect               over batches of the forces
+     relax                over springls: finding neighbours; every iteration
+     contract             over springls: choosing; every round of merging
+     project              over bricks: the projection; removal of specks; every sweep that re-distances
+     fill_gaps            over springls and bricks: finding holes; finding bare triangles
+     evolve, rebuild      over bricks: omega; eq. 23; every sweep
+     unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
 
-   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
-   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
-   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
-   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
-   springls_restore: back, and on again to the bit.
+   What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
+   sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
+   checked. resample, keep_edges and volume_lock are one phase each. On a device, phases are enqueued and the host
+   continues; a call waits where a phase needs a number from the device.
+
+   springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
+   earlier model and continue from it with the same bits.
 
    ERRORS
 
-   Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) tells
-   what and where. Nothing aborts, nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
-   be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were.
-   When max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
+   Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) returns what
+   failed and where. Nothing aborts and nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
+   be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were. When
+   max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
 
    DETERMINISM
 
-   The same input gives the same bits for every number of threads, every cut into ranges and every optimisation level,
+   The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   permit the compiler to change arithmetic (-ffast-math) lose the promise. springls_fp_contract_detected() tells
-   whether a build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are
-   the library's own. Force callbacks must be deterministic too.
+   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
+   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   own. Force callbacks must be deterministic too.
 
    LIMITS
 
-     - The grid is 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
-     - Sheets thinner than about a voxel have no watertight zero level, though their springls carry them on (default set: see
-       DATA FLOW). Threads of that size break.
-     - At most 8 neighbour edges a vertex (section 4.8 of the paper).
-     - float32 in voxel units throughout.
-     - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
+     - The grid has 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
+     - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
+       DATA FLOW). Filaments of that thickness break.
+     - A vertex has at most 8 neighbour edges (section 4.8).
+     - Everything inside is float32, in voxel units.
+     - OpenCL has a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for other hosts.
 
    DEVIATIONS of springls_paper_params() from the paper
 
-     - omega is clamped at 2 voxels (capture), not at d_max (eq. 21): with d_max phi feels no force where it has fallen
-       half a voxel behind and never catches up.
-     - Springls are split when their area exceeds 3 voxel^2, as Table 2 says and the author's program does; section 4.6
-       prints a longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
-     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program, moved so
-       that they straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
+     - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
+       fallen half a voxel behind, and never catches up.
+     - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
+       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
+       moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
        takes the nearest one when it is more than 2 voxels from the average; that nearly doubles the tracking error of
        LeVeque's test (nearest_rule = 2).
-     - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points
-       on those edges are taken afresh in every iteration.
-     - contract judges a particle by phi taken before the step's advect, when phi and springls were in step. After a
-       step as long as d_max a good springl is further than contract_distance from the old zero level. Called alone,
-       springls_contract takes phi as it is.
-     - The compact delta of eq. 23 has half-width 1.5 voxels, and the data term is -grad(omega^2)/2, smooth at the surface.
+     - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
+       those edges are found again in every iteration.
+     - contract judges a particle by phi as it was before the step's advect, when phi and springls agreed. After a step as
+       long as d_max a good springl is further than contract_distance from the old zero level. springls_contract, called
+       alone, takes phi as it is.
+     - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
+       the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
-     - Signs. In eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract, and positive curvature
+     - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
-     - rebuild re-distances with sub-voxel care at the interface instead of counting layers of voxels.
+     - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
 
-   MAP from the paper to functions
+   MAP from the paper to functions and files
 
      eq. 1, 2           springls_advect, springls_forces
-     eq. 3-20, Alg. 1   springls_relax (kernels_embed/relax.h)
-     eq. 21             omega, inside springls_evolve (src/omega.h)
+     eq. 3-20, Alg. 1   springls_relax (kernels_embed/stages/relax.h)
+     eq. 21             omega, inside springls_evolve (kernels_embed/stages/unsigned_distance.h)
      eq. 22, 23         springls_evolve
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
-     section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
-     section 4.4        springls_fill_gaps (src/fill_gaps.h; src/fill_from_springls.h is not the paper's)
+     section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
+     section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
@@ -417,8 +474,8 @@
 #define SPRINGLS_VERSION_PATCH 0
 #define SPRINGLS_VERSION (SPRINGLS_VERSION_MAJOR * 10000 + SPRINGLS_VERSION_MINOR * 100 + SPRINGLS_VERSION_PATCH)
 
-/* Linkage. SPRINGLS_STATIC: everything private to this file. SPRINGLS_DLL: exported from (implementation) or imported
-   into (user) a shared library. SPRINGLS_NAMESPACE=foo: every public function is called foo_springls_... at link time. */
+/* Chooses the linkage of every public function: the manual's chapter MACROS lists SPRINGLS_STATIC, SPRINGLS_DLL and
+   SPRINGLS_NAMESPACE. */
 #ifndef SPRINGLS_API
 #if defined(SPRINGLS_STATIC)
 #if defined(__GNUC__)
@@ -525,7 +582,7 @@
   #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
   #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
   #define springls_interpolate_material SPRINGLS__NAME(springls_interpolate_material)
-  #define springls_material_count SPRINGLS__NAME(springls_material_count)
+  #define springls_material_triangle_count SPRINGLS__NAME(springls_material_triangle_count)
   #define springls_combine SPRINGLS__NAME(springls_combine)
   #define springls_combine_implicit SPRINGLS__NAME(springls_combine_implicit)
   #define springls_offset SPRINGLS__NAME(springls_offset)
@@ -543,65 +600,86 @@
 extern "C" {
 #endif
 
-/* ---- >>status:api --------------------------------------------------------------------------------------------- */
+/* These rules hold for every declaration below; the comments name only what differs.
 
-/* Every call that can fail returns one of these: zero is success, all failures are negative.
-   springls_last_error() has the sentence that belongs to the last failure of a context. */
+   - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
+   - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
+     (i,j,k).
+   - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
+   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
+   - Pointers into the context belong to it, and stay valid until the next call that changes the model.
+   - With ctx = NULL a function returns INVALID_ARGUMENT, 0 or NULL, or does nothing.
+   - Every function that returns a springls_status may return INVALID_ARGUMENT (a NULL that is not allowed, a number out of
+     range: the model stays as it was), OUT_OF_MEMORY and, with a backend, DEVICE_FAILED. Comments list the other failures.
+   - Equations, sections and tables are those of the paper. */
+
+/* ---- >>status:api ------------------------------------------------------------------------------------------------- */
+
+/* Reports how a call ended: zero is success, every failure is negative. springls_last_error() has the sentence. */
 typedef enum springls_status {
     SPRINGLS_OK = 0,
-    SPRINGLS_INVALID_ARGUMENT = -1, /* NULL, a size out of range, parameters that were not made by a *_params() call    */
-    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
-    SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
-    SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
-    SPRINGLS_DEVICE_FAILED = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
-                                       ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
-                                       the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
-    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
+    SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
+    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
+    SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: after a step the model is whole, after an
+                                       input it is empty                                                                 */
+    SPRINGLS_DEVICE_FAILED = -7,    /* the backend's device failed, and the context continues without it. A stage or step
+                                       has been completed by scalar code; a mesh, a query or an input has to be asked for
+                                       again. When the model could not be read back it is empty: springls_last_error()
+                                       reports that                                                                      */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid or version; the model is unchanged  */
 } springls_status;
 
-/* A constant English phrase for any status; never NULL. */
+/* Returns a constant English phrase for any status, never NULL. */
 SPRINGLS_API const char *springls_status_string(springls_status status);
 
-/* SPRINGLS_VERSION of the implementation, and the same as "major.minor.patch". */
+/* Returns the SPRINGLS_VERSION that the implementation was compiled with. */
 SPRINGLS_API int springls_version(void);
+
+/* Returns the same version as "major.minor.patch". */
 SPRINGLS_API const char *springls_version_string(void);
 
-/* ---- >>host:api: what the caller may supply. Zero-initialised members mean the default ------------------------ */
+/* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
 
-/* Memory. alloc returns at least `size` bytes aligned to 64, or NULL; free gets the same size back.
-   Both NULL: malloc. Only called from the thread that calls the library. */
+/* Supplies memory. alloc returns at least `size` bytes aligned to 64, or NULL; free receives the same size. Both NULL:
+   malloc and free. They are called only from the thread that calls the library. */
 typedef struct springls_allocator {
     void *(*alloc)(size_t size, void *user);
     void (*free)(void *memory, size_t size, void *user);
     void *user;
 } springls_allocator;
 
-/* Threads. parallel_for must run task(arg, begin, end) over disjoint ranges covering [0, count), in any order, on any
-   threads, and return when all are done. `grain` is the smallest range worth a task. NULL: OpenMP when compiled with
-   it, else the calling thread. Results do not depend on how the ranges are cut. */
+/* Does the work of the elements begin <= i < end. */
 typedef void (*springls_task)(void *arg, int begin, int end);
+
+/* Supplies threads. parallel_for runs task(arg, begin, end) over disjoint ranges that cover [0, count), in any order, on
+   any threads, and returns when all are done; a range of fewer than `grain` elements is not worth a task. NULL: OpenMP when
+   compiled with it, else the calling thread. Results do not depend on the ranges. */
 typedef struct springls_tasks {
     void (*parallel_for)(void *user, int count, int grain, springls_task task, void *arg);
     void *user;
 } springls_tasks;
 
-/* Log. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: silence. */
+/* Receives log lines. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: no
+   log. */
 typedef struct springls_logger {
     void (*log)(void *user, int level, const char *message);
     void *user;
 } springls_logger;
 
-/* Called after every step of springls_run, and during springls_set_mesh and _set_implicit. fraction is in [0,1]. Return
-   non-zero to cancel. */
+/* Receives the progress of long calls, fraction in [0,1]: after every step of springls_run, and while a mesh or an implicit
+   function is sampled (springls_set_mesh, _set_implicit, _combine_implicit, _offset). report returns non-zero to cancel the
+   call. */
 typedef struct springls_progress {
     int (*report)(void *user, float fraction);
     void *user;
 } springls_progress;
 
-/* Called before (begin = 1) and after (begin = 0) every stage; seconds is the stage's time, 0 at its begin.
-   now: a clock in seconds; NULL: OpenMP's wall clock when compiled with it, else C's processor time. */
+/* Traces stages. `stage` is called before (begin = 1, seconds = 0) and after (begin = 0, seconds = the time taken) every
+   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: OpenMP's wall clock when compiled with it,
+   else the C library's clock(), which counts the processor time of all threads. */
 typedef struct springls_trace {
     void (*stage)(void *user, int stage, int begin, double seconds);
     double (*now)(void *user);
@@ -612,601 +690,747 @@ typedef struct springls_trace {
 
 
 /* ======== >>parameters:kernel  (kernels_embed/interface/parameters.h) ========================================== */
-/* params.h - the parameters, which hosts and kernels share. */
+/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */
 
-typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */
-typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */
-                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
-typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */
-typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */
+/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */
+typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;
 
-/* Where a split or filled springl gets its place and its correspondence. */
+/* Names the function W of Fig. 8b, which turns a neighbour's distance into a force (eq. 12): W_a, W_b, W_c, W_d in this order. */
+typedef enum springls_weight {
+    SPRINGLS_WEIGHT_LINEAR,
+    SPRINGLS_WEIGHT_ATANH,
+    SPRINGLS_WEIGHT_SPLINE_FAR,
+    SPRINGLS_WEIGHT_SPLINE_NEAR
+} springls_weight;
+
+/* Names the formula of the torque on a springl: eq. 20 or eq. 19. */
+typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque;
+
+/* Names what the level set may do: change its topology, or keep it (section 4.5). */
+typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
+
+/* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
-    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
-    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
+    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
+    SPRINGLS_PLACEMENT_QUADRATIC /* both come from a quadratic moving-least-squares fit to the neighbouring particles        */
 } springls_placement;
 
-/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;
-   a zeroed structure is refused because zero is a meaningful value of many members. */
+/* Holds the parameters of a model; lengths are in voxels, areas in voxel^2. Get a set from springls_default_params() or
+   springls_paper_params() and change members: a zeroed structure is refused, because 0 is a legal value of many members.
+   The manual's chapter PARAMETERS lists both sets and the symbols of the paper; a member out of range is refused by name. */
 typedef struct springls_params {
-    unsigned cookie;  /* set by the two functions, checked by springls_create */
+    unsigned cookie;  /* set by the two functions, checked by springls_create and springls_set_params            */
 
     /* Table 1 */
-    float d_max;             /* springl capsule radius                                                          */
-    float particle_radius;   /* r: particle and vertex radius; springs rest at length 2r                        */
-    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                         */
-    int max_neighbors;       /* nearest edges kept a vertex, 1..8 (section 4.8)                                 */
+    float d_max;             /* radius of a springl's capsule: what is nearer to the springl is covered by it        */
+    float particle_radius;   /* r: springs rest at the length 2r                                                   */
+    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                            */
+    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
     int relax_iterations;
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;
-    float sharpness;         /* lambda_c of H(lambda_c x)                                                       */
-    float kappa_int;         /* internal spring constant (eq. 4)                                                */
-    float kappa_ext;         /* external spring constant (eq. 5)                                                */
-    float relax_step_length;   /* xi  (eq. 10, 17)                                                              */
-    float relax_step_rotation; /* rho (eq. 11, 18)                                                              */
-    int relax_same_side;     /* 1: ignore neighbours facing the other way; 0: the paper                         */
+    float sharpness;         /* lambda_c of H(lambda_c x)                                                          */
+    float kappa_int;         /* internal spring constant (eq. 4)                                                   */
+    float kappa_ext;         /* external spring constant (eq. 5)                                                   */
+    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
+    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
-    float contract_distance; /* remove when |phi(p)| exceeds it: (1 + eps) d_max                                */
-    float min_angle, max_angle; /* degrees; triangles outside are bad                                           */
-    float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */
-    int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */
-    float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */
-    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */
+    float contract_distance; /* (1 + eps) d_max: a springl is removed where |phi(p)| exceeds it                    */
+    float min_angle, max_angle; /* degrees: a triangle with an angle outside is bad                                */
+    float min_area;          /* voxel^2: a smaller triangle is bad; 0: no limit, as in the paper                   */
+    int reshape;             /* 1: a bad triangle becomes equilateral about its particle; 0: it is removed         */
+    float merge_distance;    /* of two particles of one side that are nearer, the younger is removed; 0: never     */
+    int keep_thin;           /* 1: springls of a sheet too thin for phi stay; 0: they are removed, as in the paper */
 
     /* resample: section 4.6 */
-    int resample_period;     /* M of Algorithm 2                                                                */
-    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */
-    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */
-    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */
-    springls_placement placement; /* of split and filled springls                                               */
+    int resample_period;     /* M of Algorithm 2: steps from one resampling to the next                            */
+    int resample_last;       /* 1: contract and resample after the level set has followed; 0: before (Algorithm 2) */
+    float split_edge;        /* a triangle is split when its longest edge is longer (section 4.6)                  */
+    float split_area;        /* voxel^2: or when its area is larger (Table 2)                                      */
+    springls_placement placement; /* of split and filled springls                                                  */
 
     /* level set: sections 4.4, 4.5 */
-    float band_half_width;   /* phi is a distance within it, clamped a voxel beyond                             */
-    float capture;           /* omega is clamped here (eq. 21; the paper: d_max)                                */
-    int evolve_iterations;   /* Evolve and Rebuild pairs a step (Algorithm 2: 4)                                */
-    float evolve_step;       /* delta t of eq. 23                                                               */
-    float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
-    float curvature;         /* lambda of eq. 22                                                                */
-    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */
-    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
-    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is
-                                projected; 0: phi alone says so                                                 */
-    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
-    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
+    float band_half_width;   /* phi is a distance within it, and clamped one voxel beyond                          */
+    float capture_range;     /* the unsigned distance omega is clamped here (eq. 21; the paper: d_max)             */
+    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
+    float evolve_step;       /* delta t of eq. 23                                                                  */
+    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
+    float curvature;         /* lambda of eq. 22: positive smooths                                                 */
+    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
+    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
+    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
+    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
+    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
     springls_topology topology;
 
     /* track: section 4.7 */
-    float nearest_rule;      /* take the nearest correspondence when it is further than this from the average   */
-    int track_iterations;    /* projections on the original surface (eq. 26)                                    */
-    float track_step;        /* lambda of eq. 26                                                                */
+    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
+                                further apart than this                                                            */
+    int track_iterations;    /* steps of eq. 26 towards the original surface                                       */
+    float track_step;        /* lambda of eq. 26                                                                   */
 
     /* advect: section 4.2 */
-    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the
-                                springl as a whole; 0: all with the particle's (eq. 2)                           */
-    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
+    int vertex_velocity;     /* 1: every vertex moves with the velocity at its own place, while pressure and curvature
+                                move the springl as a whole; 0: all move with the particle's (eq. 2)               */
+    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does                 */
 
     /* after a step */
-    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */
+    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
 
-    /* initial springls from a level set or shape */
-    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
-    int project_initial;     /* 1: move particles and vertices onto the zero level                              */
+    /* initial springls of a level set or shape */
+    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
+    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
 /* -------- back in src/interface/api.h -------- */
 
-/* What we recommend: accurate tracking, topology change and speed at once. */
+/* Returns the recommended parameters: accurate tracking, free topology and long steps. */
 SPRINGLS_API springls_params springls_default_params(void);
 
-/* The paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs. */
+/* Returns the paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs from the
+   print. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
 /* ---- >>life_cycle:api ----------------------------------------------------------------------------------------- */
 
+/* Holds one model, its memory and its parameters. */
 typedef struct springls_context springls_context;
 
-/* The voxel grid in the world. Voxel (i,j,k) has its centre at world = origin + direction * (spacing .* (i,j,k)).
-   The model ends half a voxel beyond the outermost centres. */
+/* Places the voxel grid in the world: voxel (i,j,k) has its centre at origin + direction * (spacing .* (i,j,k)). The domain
+   ends half a voxel beyond the outermost centres. */
 typedef struct springls_grid_desc {
-    int size[3];         /* voxels, 4..4096 a side                                                              */
-    double spacing[3];   /* world units a voxel; all zero: 1                                                    */
-    double origin[3];    /* world position of voxel (0,0,0)                                                     */
-    double direction[9]; /* row-major, columns are the axes' unit vectors; all zero: identity                   */
+    int size[3];         /* voxels, 4..4096 a side                                                                  */
+    double spacing[3];   /* world units a voxel; all zero: 1                                                        */
+    double origin[3];    /* world position of voxel (0,0,0)                                                         */
+    double direction[9]; /* row-major, its columns are the unit vectors of the grid's axes; all zero: identity      */
 } springls_grid_desc;
 
-/* Where the stages run, made by springls_cl_create of springls_cl.h. One may serve several contexts of one thread, and must
-   outlive them. */
+/* Runs stages on a device; made by springls_cl_create of springls_cl.h. One backend may serve several contexts of one
+   thread, and must be destroyed after them. */
 typedef struct springls_backend springls_backend;
 
+/* Describes a context to be created. Zero all of it and set grid.size; every other member may stay zero. */
 typedef struct springls_desc {
     springls_grid_desc grid;
-    const springls_params *params; /* copied; NULL: springls_default_params()                                   */
-    int max_springls;              /* more are refused and counted (set_springls: refused); 0: 64 million; set_mesh takes any number */
+    const springls_params *params; /* copied; NULL: springls_default_params()                                       */
+    int max_springls;              /* limit on splits, fills, springls_set_springls and springls_combine, not on
+                                      springls_set_mesh; 0: 64 million                                              */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
     springls_progress progress;
     springls_trace trace;
-    springls_backend *backend;     /* NULL: here, by scalar code and `tasks`                                    */
+    springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
 } springls_desc;
 
-/* Makes an empty model. On failure *out is NULL and nothing is left allocated. A context belongs to one thread at a
-   time; different contexts are independent. There is no global state. */
+/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, and the logger has the reason.
+   One thread uses a context at a time; different contexts are independent. */
 SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
-SPRINGLS_API void springls_destroy(springls_context *ctx); /* NULL is allowed */
 
-/* Back to an empty model; keeps memory and parameters. */
+/* Frees the context and all that belongs to it; NULL is allowed. */
+SPRINGLS_API void springls_destroy(springls_context *ctx);
+
+/* Empties the model and removes its attributes; keeps memory and parameters, and sets the time to 0. */
 SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 
-/* The sentence for the last failure, "" after none; belongs to the context. With ctx = NULL: "no context". */
+/* Returns the sentence of the context's last failure, "" after none; it belongs to the context. ctx NULL: "no context". */
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx);
 
-/* Parameters may be read and replaced between any two calls, band_half_width only while there is no model.
-   INVALID_ARGUMENT names the member that is out of range; nothing changes then. */
+/* Returns the parameters in use; ctx NULL: the default ones. */
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
+
+/* Replaces the parameters, between any two calls; band_half_width only while the model is empty. INVALID_ARGUMENT: a member
+   is out of range, springls_last_error() names it, and nothing changes. */
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
-/* Points, 3 floats each, between world and voxel coordinates. in and out may be the same. */
+/* Converts `count` points from world to voxel coordinates; `world` and `voxel` may be the same array. */
 SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel);
+
+/* Converts `count` points from voxel to world coordinates; `voxel` and `world` may be the same array. */
 SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world);
 
-/* Bytes now held from the allocator. */
+/* Returns how many bytes the context holds from its allocator. */
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
-/* ---- >>input:api: each call replaces the model and makes it its own reference (a_n = p_n, phi_ref = phi) ------ */
+/* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
-/* What springls_set_mesh found. Everything but `triangles_dropped` describes the input after welding equal points. */
+/* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
+   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+
+/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
+   welded. */
 typedef struct springls_mesh_report {
-    int triangles_dropped;   /* no area, or a repeated corner                                                   */
-    int boundary_edges;      /* edges of one triangle: the surface is open there                                */
-    int nonmanifold_edges;   /* edges of three or more triangles                                                */
-    int misoriented_edges;   /* edges whose two triangles run the same way along it                             */
-    int components;
-    bool closed;             /* no boundary, non-manifold or misoriented edge                                   */
-    bool flipped;            /* the input was inside out and has been turned                                    */
-    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half     */
-    double volume, area;     /* world units                                                                     */
+    int triangles_dropped;   /* without an area, or with a repeated corner                                          */
+    int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
+    int nonmanifold_edges;   /* edges of three or more triangles                                                    */
+    int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
+    int components;          /* parts that share no point                                                           */
+    bool closed;             /* there is no boundary, non-manifold or misoriented edge                              */
+    bool flipped;            /* the input was inside out and has been turned                                        */
+    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
+    double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
 } springls_mesh_report;
 
-/* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
-   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
-   mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
-   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area. Holes are
-   closed by a film, whose springls follow those of the triangles.
-   BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
+/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+   positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
+   triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
+   An open, inside-out or otherwise defective mesh is repaired as `report` tells; holes are closed by a film of springls,
+   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
+   when they are not.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
 
-/* Dense signed distance or any function negative inside, one float a voxel, x fastest. Re-distanced near its zero. */
+/* Sets the model from a dense volume whose zero level is the surface, negative inside; any function will do, since it is
+   made a distance near its zero. NON_FINITE: a value is. EMPTY_MODEL: there is no zero in the grid. */
 SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi);
 
-/* The voxels of a label map equal to `label` (label < 0: all that are not 0). One int32 a voxel, x fastest. */
+/* Sets the model from the voxels of a dense volume that equal `label`; label < 0: all that are not 0. EMPTY_MODEL: there
+   are none. */
 SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const int32_t *labels, int32_t label);
 
-/* The voxels with low <= intensity <= high; NaN is outside. The surface is placed by interpolating the intensity. */
+/* Sets the model from the voxels with low <= intensity <= high of a dense volume; NaN is outside. The surface lies where
+   the interpolated intensity reaches a limit. EMPTY_MODEL: there are no such voxels. */
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
-/* An implicit function, negative inside, asked in batches of world points (3 floats each). Of Lipschitz constant 1: a signed
-   distance, or a lower bound of one; parts of a steeper function's surface are missed. Never stored densely. */
+/* Evaluates an implicit function, negative inside, at `count` world points, into one float a point. It must be a signed
+   distance or a lower bound of one (Lipschitz constant 1): parts of a steeper function's surface are missed. It is called
+   from several threads at once. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
+
+/* Sets the model from an implicit function, which is sampled in the narrow band only. NON_FINITE: it returned NaN.
+   EMPTY_MODEL: there is no zero in the grid. CANCELLED. */
 SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user);
 
-/* Ready-made shapes for springls_set_implicit: pass the function and a pointer to the structure. World units. */
+/* Describe the shapes of the functions below, in world units. A metasphere is a union of spheres that merge smoothly. */
 typedef struct springls_sphere { float center[3], radius; } springls_sphere;
 typedef struct springls_box { float center[3], half[3]; } springls_box;
 typedef struct springls_torus { float center[3], axis[3], major, minor; } springls_torus;
-typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere; /* merged spheres */
+typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere;
 typedef struct springls_notched_sphere { float center[3], radius, slot_width, slot_depth; } springls_notched_sphere; /* Zalesak */
+
+/* Evaluate the signed distance of a shape: functions for springls_set_implicit, with a pointer to the structure as
+   `user`. */
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const float *points, int count, float *out);
 
-/* Raw springls, voxel coordinates: per springl 9 floats of vertices, 3 of particle, 3 of correspondence. particles
-   NULL: centroids; correspondences NULL: the particles. The level set follows by unsigned_to_signed. */
+/* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
+   correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
+   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
-/* Makes the present model the original: a_n = p_n, phi_ref = phi, fresh reference triangles. */
+/* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
+   moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
-/* One byte a springl: 0 relaxes, 1 keeps its shape (a kept feature, section 4.8). Follows splits. NULL: all relax. */
+/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
+   follow their parent. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
-/* Batch callbacks, called from any worker at once with different ranges; never one call a point. All points are voxel
-   coordinates, 3 floats each. time is the time of the Runge-Kutta stage. */
+/* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
+   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
-typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
-/* out: 12 floats a point, a row-major 3x4 matrix [A b]; the velocity at x is A x + b. correspondences are a_n. */
-typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time, float *out);
 
-/* A sampled field: `channels` floats a sample (1 pressure, 3 velocity), x fastest, trilinear between samples, constant
-   beyond them. It lies on the model's grid (size all zero) or on a grid of its own. Values are voxels of the model's
-   grid a unit of time. The data is borrowed during the call. A displacement field is a velocity grid applied with
-   dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
+
+/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
+   the row-major 3x4 matrix [A b]; the velocity of a place x of the springl is A x + b. Called like the pressure. */
+typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
+                                   float *out);
+
+/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
+   of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
+   field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
-    springls_grid_desc grid;
-    unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
+    springls_grid_desc grid; /* size all zero: the model's grid                                                     */
+    unsigned version;        /* with a backend: samples are sent again when this or `data` changes; 0: every time   */
 } springls_sampled_field;
 
+/* Names how motion is integrated over a step: fourth-order Runge-Kutta (the paper) or one forward step. */
 typedef enum springls_integrator { SPRINGLS_INTEGRATOR_RK4, SPRINGLS_INTEGRATOR_EULER } springls_integrator;
 
+/* Sums up what moves springls (eq. 1). Members that are zero or NULL add nothing, except that a weight of 0 means 1. */
 typedef struct springls_forces {
-    springls_pressure_fn pressure; /* rho: along the outward normal                                             */
-    springls_velocity_fn velocity; /* sigma                                                                     */
-    springls_affine_fn affine;     /* A(p, a)                                                                   */
-    void *user;                    /* handed to all three                                                       */
-    springls_sampled_field pressure_grid; /* data NULL: none; added to the callback's                           */
-    springls_sampled_field velocity_grid;
-    float pressure_weight;         /* lambda_rho;   0 means 1                                                   */
-    float velocity_weight;         /* lambda_sigma; 0 means 1                                                   */
-    float affine_weight;           /* lambda_A;     0 means 1                                                   */
-    float curvature_weight;        /* motion by mean curvature of the level set, smoothing when positive        */
+    springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
+    springls_velocity_fn velocity; /* sigma                                                                         */
+    springls_affine_fn affine;     /* A(p, a)                                                                       */
+    void *user;                    /* handed to all three                                                           */
+    springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
+    springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
+    float pressure_weight;         /* lambda_rho;   0: 1                                                            */
+    float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
+    float affine_weight;           /* lambda_A;     0: 1                                                            */
+    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
     springls_integrator integrator;
 } springls_forces;
 
-/* Two flows with exact answers, for tests and benchmarks; user points to the structure. */
-typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow; /* LeVeque, x = voxel/N */
+/* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
+   a rotation in radians a unit of time. */
+typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow;
 typedef struct springls_rotation_flow { float center[3], axis[3], angular_velocity; } springls_rotation_flow;
+
+/* Evaluate these flows: velocity callbacks, with a pointer to the structure as `user`. */
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out);
 SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out);
 
-/* The largest speed of any particle now, voxels a unit of time: f_max of section 4.8. */
+/* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
+   force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
-/* ---- >>stages:api: Table 2, each callable alone --------------------------------------------------------------- */
+/* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
+/* Moves springls by the forces from `time` to time + dt (eq. 1, 2); the level set stays. NON_FINITE: a force is, and
+   nothing moves. */
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
-SPRINGLS_API springls_status springls_relax(springls_context *ctx);              /* Algorithm 1, params.relax_iterations times   */
-SPRINGLS_API springls_status springls_contract(springls_context *ctx);           /* section 4.6                                  */
-SPRINGLS_API springls_status springls_resample(springls_context *ctx);           /* section 4.6                                  */
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx);             /* eq. 21-23: one Evolve, omega taken afresh    */
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);            /* re-distance phi, move the narrow band        */
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);          /* section 4.4, and track for what it adds      */
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx); /* section 4.5                                  */
-SPRINGLS_API springls_status springls_track(springls_context *ctx);              /* eq. 26 for every correspondence              */
+
+/* Lets each springl seek equilibrium with its neighbours, params.relax_iterations times (Algorithm 1, eq. 3-20). */
+SPRINGLS_API springls_status springls_relax(springls_context *ctx);
+
+/* Removes springls far from the zero level, and removes or reshapes those of bad shape (section 4.6). */
+SPRINGLS_API springls_status springls_contract(springls_context *ctx);
+
+/* Splits every springl that is too large once, at its longest edge (section 4.6). */
+SPRINGLS_API springls_status springls_resample(springls_context *ctx);
+
+/* Moves phi towards the springls by one step (eq. 21-23). */
+SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
+
+/* Makes phi a distance again, and moves the narrow band with its zero level. */
+SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
+
+/* Adds springls where the zero level is bare, and tracks them (section 4.4). */
+SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);
+
+/* Makes phi from the springls alone (section 4.5). */
+SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx);
+
+/* Moves every correspondence onto the original surface (eq. 26). */
+SPRINGLS_API springls_status springls_track(springls_context *ctx);
 
 /* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
 
+/* Names the algorithm of a step; the manual's chapter DATA FLOW has the stages. */
 typedef enum springls_mode {
-    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contour                                                         */
-    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
-    SPRINGLS_MODE_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
+    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contours and fluids                                            */
+    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size; phi is made anew from the springls                 */
+    SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
 typedef struct springls_step_desc {
     const springls_forces *forces;
     springls_mode mode;
-    float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
-    float max_displacement; /* voxels; dt is cut into sub-steps in which no particle goes further, adapted to the
-                               force as it changes; 2 suits the default set, 1.3 where accuracy counts most,
-                               0.5 the paper's; 0: never cut (d_max when dt is 0)                               */
-    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
-    bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
-    bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
-                               moved by more than a hundredth of a voxel: an active contour has arrived         */
+    float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
+    float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
+                               default parameters, 1.3 gives their best accuracy, 0.5 suits the paper's. 0: dt is never
+                               divided, and a dt of 0 means d_max                                                   */
+    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)        */
+    bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
+    bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
+                               than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
 
-/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
-   the sub-step that the force failed in. */
+/* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
+   sub-step in which it occurred. INVALID_ARGUMENT: also when dt would need more than 10000 sub-steps. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
-   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
-   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
-   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
-   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
-   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
-   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
-   Between the calls the model is on its way: counts, views, ids, get_provenance, springl_materials, mesh_attribute, sample_*,
-   inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not
-   have followed yet (in SPRINGLS_MODE_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
-   model. Every other call that changes the model, or wants it whole (a stage, a step, parameters, time, mask, reference,
-   max_speed, meshes, chunks, measures, snapshots), ends the step first, however long that takes, and returns its failure if it
-   has one. */
+/* Begins a step that springls_step_continue completes in as many calls as the caller likes. The result has the same bits as
+   springls_step, however it is divided. *step and *step->forces are copied; `user` and `data` of the forces are borrowed
+   until the step is done. Forces are called in springls_step_continue only.
+
+   While a step is in progress:
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _closest, _raycast,
+     _extract_surfels and _extract_soup read the model as it is at that moment: springls have moved, and the level set may
+     not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
+   - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
+   - every other call that changes the model or needs it whole completes the step first, however long that takes, and
+     returns its failure: stages, steps, parameters, time, mask, reference, springls_max_speed, meshes, chunks, measures,
+     snapshots. */
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+
+/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds:
+   one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
+   longer. On a device a phase counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
+   failure ends the step. */
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+
+/* Returns true between springls_step_begin and the call that completes or drops the step. */
 SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
 
-/* `steps` steps with progress reports. */
+/* Runs `steps` steps, and reports progress after each. CANCELLED: after a whole step. Other failures: as springls_step. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
+/* Returns the model's time. */
 SPRINGLS_API double springls_time(const springls_context *ctx);
-SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
+
+/* Sets the model's time; a time that is not finite is ignored. */
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
 
 /* ---- >>snapshots:api: undo, rollback, files -------------------------------------------------------------------- */
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
-   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
-   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
-   that have been made. */
+/* Names what a snapshot holds. Neither kind holds the members of springls_desc, forces, meshes or chunks. */
 typedef enum springls_snapshot_kind {
-    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
-                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
-                               same: in this context, or one that a block with all has been restored to         */
+    SPRINGLS_SNAPSHOT_KIND_ALL,  /* springls, level set, original surface, attributes, parameters, time, statistics   */
+    SPRINGLS_SNAPSHOT_KIND_FRAME /* all but the original surface and its level set, which change at inputs,
+                                    springls_set_reference and springls_combine only: smaller and faster, for undo and
+                                    rollback. It can be restored where they are the same: in this context, or in one that an
+                                    ALL snapshot of this model was restored to                                        */
 } springls_snapshot_kind;
 
-/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+/* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
+   of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
+   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
-SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
+/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
+   After any failure the model is unchanged. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
-/* ---- >>read:api: views are voxel coordinates and stay valid until the next call that changes the model -------- */
+/* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
-typedef struct springls_view { const float *data; int count; size_t stride; } springls_view; /* stride in bytes */
+/* Shows an array of the context without a copy: `count` rows of floats, `stride` bytes from one to the next; data NULL:
+   none. */
+typedef struct springls_view { const float *data; int count; size_t stride; } springls_view;
 
+/* Returns the number of springls. */
 SPRINGLS_API int springls_count(const springls_context *ctx);
-SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);        /* 9 floats: q0 q1 q2         */
-SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);       /* 3 floats: p                */
-SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx); /* 3 floats: a                */
 
-/* Stable identity, never reused: one per springl, in springl order. And where it came from: 0 an original springl,
-   1 or more: splits and fills between it and one. */
+/* Show the springls in springl order: 9 floats of vertices q0 q1 q2, 3 of the particle p, 3 of the correspondence a. */
+SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx);
+
+/* Returns the ids of the springls, one each: a number that no other springl of this model ever gets. */
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx);
+
+/* Returns the generations of the springls, one each: 0 for an original springl, else the splits and fills that lead to
+   one. */
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 
-/* The paper's 4x4 rows (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
+/* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Surfels (section 2.3.2): centre 3, normal 3, radius 1: 7 floats a springl, world units. */
+/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
+/* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
 typedef struct springls_mesh {
     int vertex_count, triangle_count;
-    float *positions;       /* 3 a vertex, world                                                                */
-    float *normals;         /* 3 a vertex, unit, outward                                                        */
-    float *correspondences; /* 3 a vertex, world: the place on the original surface                             */
-    int *springls;          /* 1 a vertex: the nearest springl, -1 when none is within a voxel                  */
-    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                */
-    size_t bytes;           /* for springls_mesh_free                                                           */
+    float *positions;       /* 3 a vertex, world                                                                    */
+    float *normals;         /* 3 a vertex, unit, outward                                                            */
+    float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
+    int *springls;          /* 1 a vertex: index of the nearest springl, -1 when none is within a voxel             */
+    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
+    size_t bytes;           /* for springls_mesh_free                                                               */
 } springls_mesh;
 
-/* The watertight zero level: welded, closed, every edge between exactly two triangles. An empty model gives an empty
-   mesh. The mesh owns its arrays, made by the context's allocator. */
+/* Extracts the zero level as a watertight mesh: welded, closed, every edge between exactly two triangles. An empty model
+   gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
-/* The springls themselves: three vertices each, normals flat. */
+/* Extracts the springls themselves: three vertices each, with the springl's normal, correspondence and index. */
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
-SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+/* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
+SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh);
 
-/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
-   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+/* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
+   the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
-    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
-    float *positions;        /* 3 a vertex, world                                                               */
-    float *normals;          /* 3 a vertex, unit, outward                                                       */
-    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
-    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
-    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+    int brick[3];            /* its marching cubes begin at voxel 8 brick: 8 a side, 9 at the grid's lower border   */
+    int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
+    float *positions;        /* 3 a vertex, world                                                                   */
+    float *normals;          /* 3 a vertex, unit, outward                                                           */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.correspondences                                */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX when none is within a voxel; NULL
+                                without desc.correspondences                                                        */
+    uint16_t *triangles;     /* 3 a triangle: indices of this chunk's vertices, counter-clockwise seen from outside */
 } springls_chunk;
 
+/* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
-                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
-                        step, so then all chunks change in every step                                           */
-    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
+                             negative: none, and the chunks are springls_extract_mesh's mesh to the bit. Springls at rest
+                             relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
+    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk     */
 } springls_chunks_desc;
 
-/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+/* Remembers what one consumer has received. A context may have any number of them. */
 typedef struct springls_chunks springls_chunks;
+
+/* Creates such a memory, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
 SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out);
-SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
-/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
-   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
-   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
-                                                    int *count);
+/* Frees it, before its context is destroyed; NULL is allowed. */
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks);
 
-/* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
+/* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
+   triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
+   the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
+   have listed. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+                                                    const springls_chunk **changed, int *count);
+
+/* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
-/* ---- >>queries:api: world coordinates, batches of 3 floats a point -------------------------------------------- */
+/* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
-/* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
+/* Samples phi, one float a point: the signed distance in world units (of the smallest spacing), clamped outside the narrow
+   band. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
-/* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
+
+/* Samples grad phi, 3 floats a point, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
-/* 1 inside, 0 outside: one byte a point. */
+
+/* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
-   surface it lies on, and the barycentric coordinates there (section 4.7). */
+/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing found                                                           */
-    float point[3];              /* world                                                                       */
-    float barycentric[3];        /* in the springl                                                              */
-    float distance;              /* world, from the query point or along the ray                                */
-    float material[3];           /* world                                                                       */
-    int material_triangle;       /* of the mesh given, or of the initial springls                               */
+    int springl;                 /* -1: nothing was found                                                           */
+    float point[3];              /* world                                                                           */
+    float barycentric[3];        /* in the springl                                                                  */
+    float distance;              /* world units: from the query point, or along the ray                             */
+    float material[3];           /* world                                                                           */
+    int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* The closest place of any springl, wherever the point is. Springls leave gaps between them: it may be further than the zero
-   level. A point that is not finite refuses the batch; `out` stays as it was. */
+/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
+   further than the zero level. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Rays pass through the gaps
-   between springls: for a closed surface, give the mesh of springls_extract_mesh to a second context (springls_set_mesh). Directions need not be unit
-   vectors; a direction of no length hits nothing. */
+
+/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
+   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
+   surface, set the mesh of springls_extract_mesh as the model of a second context. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
-/* ---- >>attributes:api: what springls carry, by name ----------------------------------------------------------- */
+/* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
-/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
-   belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
-   nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+/* An attribute is any number of floats a springl: colours, texture coordinates without seams, bone weights, labels,
+   temperature, mass. Attributes belong to the model: an input or springls_reset removes them all. The model has
+   the same bits with and without them, and without any nothing is computed for them. */
+
+/* Names what becomes of the values of an attribute where springls are split, filled in and merged. */
 typedef enum springls_policy {
-    SPRINGLS_POLICY_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
-                       one that stays keeps its own. For labels                                                           */
-    SPRINGLS_POLICY_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
-                       and add up to 1, and that are exact, where that is possible, for functions linear in the
-                       correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
-    SPRINGLS_POLICY_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
-                       there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
+    SPRINGLS_POLICY_COPY,  /* for labels. split: the values of the springl that is split. fill: those of the neighbour with the
+                              nearest correspondence. merge: the springl that stays keeps its own                           */
+    SPRINGLS_POLICY_BLEND, /* for continuous values. split and fill: a mean of the neighbours on the same side of the surface,
+                              with weights that are not negative, add up to 1, and where possible reproduce functions that
+                              are linear in the correspondence. merge: the mean of the two, weighted by area                */
+    SPRINGLS_POLICY_SHARE  /* for amounts whose sum is to last. split: half each. fill: 0. merge and removal: added to the
+                              nearest springl that stays, if one is within 2.5 voxels                                       */
 } springls_policy;
 
-#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
-#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
-#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+#define SPRINGLS_MAX_ATTRIBUTES 32  /* attributes of a model        */
+#define SPRINGLS_MAX_CHANNELS 1024  /* channels of an attribute     */
+#define SPRINGLS_MAX_NAME_LENGTH 31 /* characters of a name, 1 .. 31 */
 
+/* Describes an attribute. */
 typedef struct springls_attribute_desc {
-    const char *name; /* of this model's attributes no other has it */
-    int channels;     /* floats a springl                           */
+    const char *name; /* no other attribute of the model has it */
+    int channels;     /* floats a springl                       */
     springls_policy split, fill, merge;
 } springls_attribute_desc;
 
-/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+/* Adds an attribute, and sets *index (may be NULL) to its number, counted from 0. values: `channels` floats a springl, in
+   springl order; NULL: zeros. NON_FINITE: a value is. */
 SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
                                                     const float *values, int *index);
-/* Those behind it have numbers smaller by one then. */
-SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
-SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
-/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
-SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
-SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
-SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
-SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
 
-/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels`
-   floats a vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+/* Removes an attribute; those after it have numbers smaller by one from then on. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+
+/* Returns the number of attributes. */
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+
+/* Describes an attribute of the model. out->name points into the context, until an attribute is removed. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+
+/* Returns the number of the attribute of that name, -1 when there is none. */
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name);
+
+/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. NON_FINITE: a value is. */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values);
+
+/* Shows the values of an attribute: `channels` floats a springl; data NULL: there is no such attribute. */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index);
+
+/* Interpolates an attribute at the vertices of a mesh that springls_extract_mesh or _extract_soup made of the model as it
+   is now: `channels` floats a vertex. With the fill policy BLEND values are blended in the same way, with another policy
+   they are those of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
-/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+/* Names where a springl came from, and with that how exact its place and its correspondence are. */
 typedef enum springls_kind {
-    SPRINGLS_KIND_ORIGINAL, /* of the input: exact but for the error of advection           */
-    SPRINGLS_KIND_SPLIT,    /* part of one: interpolated between neighbours                 */
-    SPRINGLS_KIND_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+    SPRINGLS_KIND_ORIGINAL, /* from the input: exact except for the error of advection                        */
+    SPRINGLS_KIND_SPLIT,    /* half of another springl: interpolated between neighbours                       */
+    SPRINGLS_KIND_FILLED    /* added in a gap, or half of such a springl: interpolated, or even extrapolated  */
 } springls_kind;
+
+/* Holds the history of a springl. */
 typedef struct springls_provenance {
     springls_kind kind;
-    int age;             /* steps since it was last given its place: by input, split or fill      */
-    uint32_t generation; /* see springls_generations                                              */
-    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+    int age;             /* steps since an input, a split or a fill gave it its place                             */
+    uint32_t generation; /* as springls_generations                                                               */
+    uint32_t parent;     /* id of the springl that it was split from or added beside; its own id when there is none */
 } springls_provenance;
-SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out); /* one a springl */
+
+/* Writes the history of every springl, in springl order. */
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
 /* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 
-/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
-   ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
-   -1: none. */
+/* Holds a material coordinate: a place on the original surface. Values that are given on the original surface and looked up
+   by material coordinates do not wear off, however long the motion. triangle: as numbered in the mesh given to
+   springls_set_mesh, otherwise an initial springl; -1: none. */
 typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
 
-SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
-/* One a vertex of an extracted mesh. */
+/* Finds the material coordinates of the particles, one a springl. */
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out);
+
+/* Finds the material coordinates of the vertices of an extracted mesh, one a vertex. */
 SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
 
-/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one
-   side of every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a
-   seam (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before
-   it. */
+/* Finds the material coordinates of the corners of an extracted mesh, 3 a triangle, all three on one side of every seam:
+   for texture coordinates. neighbors: 3 a triangle of the original surface, the triangle across the edge from corner m to
+   the next, -1 at a seam (springls_find_seams makes it). The centroid of a triangle decides the side; a corner beyond the
+   seam gets the nearest place before it. */
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out);
 
-/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
-   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+/* Finds which triangles of a mesh meet without a seam: where the corners at both ends of an edge agree in position and in
+   `values`, one row of `channels` floats a corner (2 for texture coordinates; NULL with 0 channels). Positions and
+   triangles: as for springls_set_mesh. neighbors: 3 a triangle, -1 at a seam. BAD_MESH: an index is out of range. */
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
                                                  const int *triangles, int triangle_count, const float *values, int channels,
                                                  int *neighbors);
 
-/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context. Places
-   are held against triangle_count; the indices in `triangles` are not: they are the caller's. */
-SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
-                                             const int *triangles, int triangle_count, float *out);
+/* Interpolates values at `count` material coordinates, `channels` floats each, zeros where there is no triangle. values:
+   rows of `channels` floats, one a corner of the original surface, or one a vertex when `triangles` has its 3 indices a
+   triangle (NULL: corners). Needs no context. INVALID_ARGUMENT: a place is not below triangle_count; the indices in
+   `triangles` are not checked. */
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values,
+                                                           int channels, const int *triangles, int triangle_count, float *out);
 
-/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
-   springls. */
-SPRINGLS_API int springls_material_count(const springls_context *ctx);
+/* Returns how many triangles the original surface has, as material coordinates number them. */
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx);
 
-/* ---- >>tools:api: one call each; springls that stay keep identity, correspondence and attributes --------------- */
+/* ---- >>tools:api: springls that stay keep identity, correspondence and attributes --------------------------------- */
 
-typedef enum springls_operation { SPRINGLS_OPERATION_UNION, SPRINGLS_OPERATION_INTERSECTION, SPRINGLS_OPERATION_DIFFERENCE } springls_operation;
+/* Names a boolean operation of two solids. */
+typedef enum springls_operation {
+    SPRINGLS_OPERATION_UNION,
+    SPRINGLS_OPERATION_INTERSECTION,
+    SPRINGLS_OPERATION_DIFFERENCE
+} springls_operation;
 
-/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
-   Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
-   drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
-   one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
-   together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
-   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty; or one of the two had
-   no springls to begin with (of a function: no zero in the grid), and the model stays as it was. When memory runs out the model
-   is empty. */
+/* Combines the solid with another one, on the same grid and with the same band_half_width.
+   - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
+     the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
+   - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
+     rest.
+   - The original surface becomes both originals together: triangles of the other are numbered from this model's
+     springls_material_triangle_count on, as it was before the call.
+   - The other model stays as it is; a step in progress there is completed first.
+   EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
+   After OUT_OF_MEMORY the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
-/* With an implicit function in the place of the other, asked as by springls_set_implicit. */
+/* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that
-   distance of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the
-   model is empty. */
+/* Grows (distance > 0) or shrinks the solid by a distance in world units of a uniform spacing, less than 10^4 voxels: to
+   all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
+   left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
-   round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
+   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
+   springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
-/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count
-   is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+/* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
+   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
+/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */
 typedef enum springls_stage {
-    SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
-    SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT, /* of phi: params.predict, params.project_level_set */
-    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
-    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
+    SPRINGLS_STAGE_ADVECT,
+    SPRINGLS_STAGE_RELAX,
+    SPRINGLS_STAGE_CONTRACT,
+    SPRINGLS_STAGE_RESAMPLE,
+    SPRINGLS_STAGE_EVOLVE,
+    SPRINGLS_STAGE_REBUILD,
+    SPRINGLS_STAGE_FILL_GAPS,
+    SPRINGLS_STAGE_TRACK,
+    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
+    SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
+    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
-SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
 
+/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
+SPRINGLS_API const char *springls_stage_name(springls_stage stage);
+
+/* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {
-    int springls, steps, bricks; /* steps: sub-steps count, here and for params.resample_period                 */
-    int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
-    int at_edges;            /* springls at sharp edges, of the input or the last step: params.keep_edges       */
-    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels; 1.5
-                                at most a step                                                                  */
-    float moved;             /* largest displacement of the last advect (of a sub-step), voxels                 */
-    float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
-    double seconds[SPRINGLS_STAGE_COUNT];
+    int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
+    int64_t added, split, removed, reshaped, refused; /* springls; refused: splits and fills beyond max_springls    */
+    int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
+    float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
+                                   (params.volume_lock)                                                             */
+    float largest_displacement; /* voxels: of any particle in the last advect, which may be of a sub-step           */
+    float moving_share;         /* share of the springls that moved by more than 0.01 voxel in it                   */
+    double seconds[SPRINGLS_STAGE_COUNT]; /* by trace.now                                                           */
 } springls_stats;
+
+/* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Of the welded zero level: volume by the divergence theorem and area in world units, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
 typedef struct springls_measures {
     double volume, area;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
+
+/* Measures the zero level. An empty model gives zeros. */
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
 
-/* A 64-bit hash of springls, correspondences and phi: equal for equal states, whatever threads made them. */
+/* Returns a 64-bit hash of springls, correspondences, ids and phi: equal states have equal hashes, whatever threads made
+   them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* True when the compiler fuses multiplications and additions in this build, which loses the promise of equal bits:
-   compile the implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
+   implementation with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
-/* The OpenCL text of the maths, one line a string, for hosts that build their own programs. */
+/* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
+   pointer may be NULL; the text is constant. */
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 #ifdef __cplusplus
@@ -1274,6 +1498,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
+  #define springls__float_of_bits(bits) as_float(bits)
 #else
   #include <float.h>
   #include <math.h>
@@ -1282,6 +1507,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #if !defined(__cplusplus)
     #include <stdbool.h>
   #endif
+  #include <string.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
@@ -1305,6 +1531,12 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
+  SPRINGLS__MATHS float springls__float_of_bits(int32_t bits)
+  {
+      float x;
+      memcpy(&x, &bits, sizeof x);
+      return x;
+  }
 #endif
 
 /* floorf: a function call where the target has no instruction for it, and called everywhere. */
@@ -1315,141 +1547,182 @@ SPRINGLS__MATHS float springls__floor(float x)
 }
 
 /* ======== >>vector:kernel  (kernels_embed/language/vector.h) =================================================== */
-/* vector.h - three-vectors and the few scalar functions that every stage needs.
-   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */
+/* vector.h - three-vectors and functions of single numbers. */
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
+/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+#define springls__broadcast(x) (x)
+#define springls__select(where, yes, no) ((where) ? (yes) : (no))
+#define springls__any(where) (where)
+#define springls__load(from) (*(from))
+#define springls__store(to, x) (void)(*(to) = (x))
+#define springls__to_int(x) ((int)(x))
+#define springls__of_bits(bits) springls__float_of_bits(bits)
 SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }
 SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
-SPRINGLS__MATHS float springls__clamp(float x, float lo, float hi) { return springls__min(springls__max(x, lo), hi); }
-SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }
-SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }
-SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }
 
-SPRINGLS__MATHS springls__v3 springls__v3_make(float x, float y, float z)
+
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/language/vector.h -------- */
+
+/* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
+/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
+   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)
 {
-    springls__v3 v;
-    v.x = x; v.y = y; v.z = z;
+    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)
+{
+    SPRINGLS__NUM3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
     return v;
 }
 
-SPRINGLS__MATHS springls__v3 springls__add(springls__v3 a, springls__v3 b)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)
 {
-    return springls__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));
 }
 
-SPRINGLS__MATHS springls__v3 springls__sub(springls__v3 a, springls__v3 b)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)
 {
-    return springls__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));
 }
 
-SPRINGLS__MATHS springls__v3 springls__scale(springls__v3 a, float s)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
 {
-    return springls__v3_make(a.x * s, a.y * s, a.z * s);
+    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)
+{
+    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
 /* a + s b */
-SPRINGLS__MATHS springls__v3 springls__mad(springls__v3 a, springls__v3 b, float s)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
-    return springls__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
 }
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }
+
+/* Returns the unit vector along a; the zero vector stays zero. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);
+    const SPRINGLS__COND nonzero = l2 > 1e-30f;
+    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),
+                                SPRINGLS__W(select)(nonzero, a.z, zero));
+}
+
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
+   bits. Beyond, x is clamped. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
+    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
+    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
+                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);
+}
+
+/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);
+    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f
+                              + x2 * 2.18694885e-2f))));
+    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));
+}
+
+/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;
+    SPRINGLS__COND more;
+    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {
+        x = SPRINGLS__W(select)(more, x * 0.5f, x);
+        k = SPRINGLS__W(select)(more, k + 1.0f, k);
+    }
+    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {
+        x = SPRINGLS__W(select)(more, x * 2.0f, x);
+        k = SPRINGLS__W(select)(more, k - 1.0f, k);
+    }
+    s = (x - 1.0f) / (x + 1.0f);
+    s2 = s * s;
+    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));
+}
+
+/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);
+    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));
+}
+
+/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
+                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
+    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
+/* -------- back in kernels_embed/language/vector.h -------- */
+
+SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }
+SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }
+SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }
 
 SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, float t)
 {
     return springls__mad(a, springls__sub(b, a), t);
 }
 
-SPRINGLS__MATHS float springls__dot(springls__v3 a, springls__v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-SPRINGLS__MATHS springls__v3 springls__cross(springls__v3 a, springls__v3 b)
-{
-    return springls__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-SPRINGLS__MATHS float springls__length2(springls__v3 a) { return springls__dot(a, a); }
-SPRINGLS__MATHS float springls__length(springls__v3 a) { return springls__sqrt(springls__dot(a, a)); }
-
-/* The unit vector along a; the zero vector stays zero. */
-SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)
-{
-    float l2 = springls__length2(a);
-    return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);
-}
-
-/* A unit vector perpendicular to n. */
+/* Returns a unit vector perpendicular to n. */
 SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
 {
     springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k
-   by repeated squaring, which is exact. */
-SPRINGLS__MATHS float springls__exp(float x)
-{
-    float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);
-    float r = (springls__clamp(x, -80.0f, 80.0f) - k * 0.693359375f) + k * 2.12194440e-4f;
-    float e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
-                   + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
-    int n = (int)k;
-    float two = n < 0 ? 0.5f : 2.0f;
-    int i;
-    for (i = n < 0 ? -n : n; i > 0; i >>= 1) {
-        if (i & 1) e *= two;
-        two *= two;
-    }
-    return e;
-}
-
-/* tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */
-SPRINGLS__MATHS float springls__tanh(float x)
-{
-    float a = springls__fabs(x);
-    float t;
-    if (a < 0.25f) {
-        float x2 = x * x;
-        return x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
-    }
-    if (a > 9.0f) return x < 0.0f ? -1.0f : 1.0f;
-    t = springls__exp(-2.0f * a);
-    t = (1.0f - t) / (1.0f + t);
-    return x < 0.0f ? -t : t;
-}
-
-/* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */
-SPRINGLS__MATHS float springls__ln(float x)
-{
-    float k = 0.0f, s, s2;
-    while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }
-    while (x < 0.66666667f) { x *= 2.0f; k -= 1.0f; }
-    s = (x - 1.0f) / (x + 1.0f);
-    s2 = s * s;
-    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));
-}
-
-/* atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */
-SPRINGLS__MATHS float springls__atanh(float x)
-{
-    float c = springls__clamp(x, -0.999f, 0.999f);
-    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));
-}
-
-/* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
-SPRINGLS__MATHS float springls__sinpi(float x)
-{
-    float k = springls__floor(x + 0.5f);
-    float r = x - k;
-    float r2 = r * r;
-    float s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
-                 + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    float half_k = k * 0.5f;
-    return half_k == springls__floor(half_k) ? s : -s;
-}
-
-SPRINGLS__MATHS float springls__cospi(float x) { return springls__sinpi(x + 0.5f); }
-
-/* Trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
@@ -1458,25 +1731,443 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
     return y0 + (y1 - y0) * w;
 }
 
+/* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
+   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
+   the same order: the bits are the same for every width. */
+
+#if defined(__OPENCL_VERSION__)
+
+#define SPRINGLS__LANES 8
+#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS
+typedef float8 springls__vec;
+typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
+#define springls__vec_load(from) vload8(0, from)
+#define springls__vec_store(to, v) vstore8(v, 0, to)
+#define springls__vec_broadcast(x) ((float8)(x))
+#define springls__vec_select(where, yes, no) select(no, yes, where)
+#define springls__vec_fabs(x) fabs(x)
+#define springls__vec_sqrt(x) sqrt(x)
+#define springls__vec_of_int(k) convert_float8(k)
+#define springls__vec_to_int(x) convert_int8(x)
+#define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vec_not(where) (~(where))
+#define springls__vec_any(where) any(where)
+SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+
+#elif !defined(__GNUC__) || defined(SPRINGLS_NO_SIMD)
+
+#define SPRINGLS__LANES 1
+#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS
+typedef float springls__vec;
+typedef int springls__vmask; /* of a comparison: not 0, or 0 */
+#define springls__vec_load(from) springls__load(from)
+#define springls__vec_store(to, v) springls__store(to, v)
+#define springls__vec_broadcast(x) springls__broadcast(x)
+#define springls__vec_select(where, yes, no) springls__select(where, yes, no)
+#define springls__vec_fabs(x) springls__fabs(x)
+#define springls__vec_sqrt(x) springls__sqrt(x)
+#define springls__vec_floor(x) springls__floor(x)
+#define springls__vec_to_int(x) springls__to_int(x)
+#define springls__vec_of_bits(bits) springls__of_bits(bits)
+#define springls__vec_not(where) (!(where))
+#define springls__vec_any(where) ((where) != 0)
+#define springls__vec_min(a, b) springls__min(a, b)
+#define springls__vec_max(a, b) springls__max(a, b)
+
+#else
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#define SPRINGLS__LANES 8
+#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
+typedef __m256 springls__simd;
+#else
+#define SPRINGLS__LANES 4
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
+typedef __m128 springls__simd;
+#endif
+#endif
+
+#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline
+
+typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
+typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */
+typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
+
+#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
+#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)
+#define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#define springls__vec_not(where) (~(where))
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
+{
+    springls__vec v = { 0 };
+    return x - v; /* x + 0 would lose the sign of -0 */
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
+{
+    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
+}
+
+/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a < b, a, b);
+#endif
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a > b, a, b);
+#endif
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_fabs(springls__vec x)
+{
+    springls__vmask sign = (springls__vmask)springls__vec_broadcast(-0.0f);
+    return (springls__vec)((springls__vmask)x & ~sign);
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_sqrt(springls__vec x)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
+#else
+    springls__vec r = x;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
+    return r;
+#endif
+}
+
+SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
+{
+#if defined(SPRINGLS__SIMD)
+    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
+#else
+    int i, any = 0;
+    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
+    return any != 0;
+#endif
+}
+
+#endif
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+#if SPRINGLS__LANES > 1
+/* Returns x rounded down, for |x| < 2^31. */
+SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = springls__vec_of_int(springls__vec_to_int(x));
+    return t - springls__vec_select(t > x, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f));
+}
+#endif
+
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/language/simd.h -------- */
+
+/* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
+/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
+   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)
+{
+    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)
+{
+    SPRINGLS__NUM3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)
+{
+    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + s b */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
+{
+    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }
+
+/* Returns the unit vector along a; the zero vector stays zero. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);
+    const SPRINGLS__COND nonzero = l2 > 1e-30f;
+    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),
+                                SPRINGLS__W(select)(nonzero, a.z, zero));
+}
+
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
+   bits. Beyond, x is clamped. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
+    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
+    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
+                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);
+}
+
+/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);
+    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f
+                              + x2 * 2.18694885e-2f))));
+    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));
+}
+
+/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;
+    SPRINGLS__COND more;
+    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {
+        x = SPRINGLS__W(select)(more, x * 0.5f, x);
+        k = SPRINGLS__W(select)(more, k + 1.0f, k);
+    }
+    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {
+        x = SPRINGLS__W(select)(more, x * 2.0f, x);
+        k = SPRINGLS__W(select)(more, k - 1.0f, k);
+    }
+    s = (x - 1.0f) / (x + 1.0f);
+    s2 = s * s;
+    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));
+}
+
+/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);
+    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));
+}
+
+/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
+                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
+    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
+/* -------- back in kernels_embed/language/simd.h -------- */
+
+SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+
+/* Returns first, first + 1, ...: places along a row of eight. */
+SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
+
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
 /* triangle.h - distances and shapes of one triangle. */
 
 typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 
+/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */
+typedef struct springls__tri_plan {
+    springls__tri t;
+    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    float inverse_edge2[3], inverse_n2;
+} springls__tri_plan;
+
+
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
+/* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
+/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
+
+/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));
+    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is
+   1 / |ab|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,
+                                                               SPRINGLS__NUM inverse)
+{
+    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
+}
+
+/* Returns the squared distance from x to that segment. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
+{
+    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
+    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));
+    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
+}
+
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
+   edge. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
+{
+    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
+    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
+    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
+    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
+    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
+    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
+    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);
+    if (plan->inverse_n2 <= 0.0f) return edges;
+    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
+}
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
+/* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
+/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
+
+/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));
+    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is
+   1 / |ab|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,
+                                                               SPRINGLS__NUM inverse)
+{
+    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
+}
+
+/* Returns the squared distance from x to that segment. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
+{
+    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
+    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));
+    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
+}
+
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
+   edge. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
+{
+    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
+    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
+    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
+    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
+    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
+    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
+    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);
+    if (plan->inverse_n2 <= 0.0f) return edges;
+    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
+}
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
 /* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
-
-/* Parameter in [0,1] of the point of segment a-b closest to x; inv is 1/|b-a|^2, or 0 for a segment of no length. */
-SPRINGLS__MATHS float springls__segment_parameter(springls__v3 x, springls__v3 a, springls__v3 b, float inv)
-{
-    return springls__clamp(springls__dot(springls__sub(x, a), springls__sub(b, a)) * inv, 0.0f, 1.0f);
-}
-
-SPRINGLS__MATHS float springls__inverse_length2(springls__v3 a, springls__v3 b)
-{
-    float l2 = springls__length2(springls__sub(b, a));
-    return l2 > 1e-20f ? 1.0f / l2 : 0.0f;
-}
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
@@ -1488,7 +2179,7 @@ SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, spring
     return h;
 }
 
-/* Closest point of triangle t to x, by Voronoi regions. A triangle of no area answers with its closest edge point. */
+/* Returns the closest point of triangle t to x, by Voronoi regions; of a triangle without area the closest point of an edge. */
 SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springls__v3 x)
 {
     springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a);
@@ -1502,18 +2193,18 @@ SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springl
         float u = 1.0f - v - w;
         if (u >= 0.0f && v >= 0.0f && w >= 0.0f) return springls__tri_hit_make(t, x, u, v, w);
     }
-    s = springls__segment_parameter(x, t.a, t.b, springls__inverse_length2(t.a, t.b));
+    s = springls__segment_parameter(x, t.a, springls__sub(t.b, t.a), springls__inverse_length2(t.a, t.b));
     best = springls__tri_hit_make(t, x, 1.0f - s, s, 0.0f);
-    s = springls__segment_parameter(x, t.b, t.c, springls__inverse_length2(t.b, t.c));
+    s = springls__segment_parameter(x, t.b, springls__sub(t.c, t.b), springls__inverse_length2(t.b, t.c));
     h = springls__tri_hit_make(t, x, 0.0f, 1.0f - s, s);
     if (h.d2 < best.d2) best = h;
-    s = springls__segment_parameter(x, t.c, t.a, springls__inverse_length2(t.c, t.a));
+    s = springls__segment_parameter(x, t.c, springls__sub(t.a, t.c), springls__inverse_length2(t.c, t.a));
     h = springls__tri_hit_make(t, x, s, 0.0f, 1.0f - s);
     if (h.d2 < best.d2) best = h;
     return best;
 }
 
-/* Twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */
+/* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */
 SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)
 {
     return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));
@@ -1526,13 +2217,6 @@ SPRINGLS__MATHS springls__v3 springls__tri_centroid(springls__tri t)
     return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);
 }
 
-/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
-typedef struct springls__tri_plan {
-    springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
-    float inverse_edge2[3], inverse_n2;
-} springls__tri_plan;
-
 SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 {
     springls__tri_plan plan;
@@ -1540,7 +2224,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.t = t;
     plan.n = springls__tri_area2(t);
     n2 = springls__length2(plan.n);
-    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */
+    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: only the edges count */
     plan.edge[0] = springls__sub(t.b, t.a);
     plan.edge[1] = springls__sub(t.c, t.b);
     plan.edge[2] = springls__sub(t.a, t.c);
@@ -1553,40 +2237,160 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     return plan;
 }
 
-/* Squared distance from x to the segment that starts at a, of vector e. */
-SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
+/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct SPRINGLS__W(springl) {
+    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */
+    SPRINGLS__NUM3 p;                /* particle                                               */
+    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */
+    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
+} SPRINGLS__W(springl);
+
+/* Sets what follows from q and p. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
-    springls__v3 d = springls__sub(x, a);
-    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);
-    return springls__length2(springls__mad(d, e, -s));
+    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));
+    }
+    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);
+    return s;
 }
 
-/* Squared distance from x to the triangle, without a branch. */
-SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)
+/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);
-    float height = springls__dot(plan.n, da);
-    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),
-                                springls__dot(plan.side[2], dc));
-    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);
-    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);
-    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);
-    float edges = springls__min(springls__min(e0, e1), e2);
-    float face = height * height * plan.inverse_n2;
-    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
-    return use_face > 0.0f ? face : edges;
+    float number[12][SPRINGLS__WIDTH];
+    SPRINGLS__W(springl) s;
+    int lane, k, m;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
+        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+    }
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    return s;
+}
+
+/* Writes them, with what follows from q and p. */
+SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
+{
+    float number[16][SPRINGLS__WIDTH];
+    int lane, k, m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
+        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
+        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
+        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+    }
+    SPRINGLS__W(store)(number[9], s.p.x);
+    SPRINGLS__W(store)(number[10], s.p.y);
+    SPRINGLS__W(store)(number[11], s.p.z);
+    SPRINGLS__W(store)(number[15], s.bounding_radius);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
+        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    }
+}
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+
+/* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
+/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct SPRINGLS__W(springl) {
+    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */
+    SPRINGLS__NUM3 p;                /* particle                                               */
+    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */
+    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
+} SPRINGLS__W(springl);
+
+/* Sets what follows from q and p. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
+{
+    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));
+    }
+    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);
+    return s;
+}
+
+/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
+{
+    float number[12][SPRINGLS__WIDTH];
+    SPRINGLS__W(springl) s;
+    int lane, k, m;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
+        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+    }
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    return s;
+}
+
+/* Writes them, with what follows from q and p. */
+SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
+{
+    float number[16][SPRINGLS__WIDTH];
+    int lane, k, m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
+        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
+        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
+        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+    }
+    SPRINGLS__W(store)(number[9], s.p.x);
+    SPRINGLS__W(store)(number[10], s.p.y);
+    SPRINGLS__W(store)(number[11], s.p.z);
+    SPRINGLS__W(store)(number[15], s.bounding_radius);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
+        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    }
 }
 
 /* ======== >>model:kernel  (kernels_embed/model/model.h) ======================================================== */
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
-
-/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
-typedef struct springls__springl {
-    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
-    springls__v3 p;         /* particle                                                                         */
-    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float bounding_radius; /* max |q[m] - p|                                                                   */
-} springls__springl;
 
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
@@ -1630,7 +2434,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
     SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
     SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
     float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
 } springls__grid;
@@ -1725,19 +2529,6 @@ typedef struct springls__packed {
 
 /* The numbers that one run of a kernel is given besides. */
 typedef struct springls__job { int i[4]; float f[4]; } springls__job;
-
-/* With what follows from q and p. */
-SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
-{
-    float reach2 = 0.0f;
-    int m;
-    for (m = 0; m < 3; m++) {
-        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
-        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
-    }
-    s.bounding_radius = springls__sqrt(reach2);
-    return s;
-}
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -1983,31 +2774,47 @@ SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOB
     SPRINGLS__BARRIER;
 }
 
-/* One voxel and its six neighbours. */
-typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
+/* Voxels of a row and their six neighbours, one voxel a lane. */
+typedef struct springls__cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__cross7;
 
-/* The smallest and the largest of the six neighbours. */
-SPRINGLS__MATHS float springls__least(springls__cross7 v)
-{
-    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS float springls__most(springls__cross7 v)
-{
-    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
+/* Reads voxels t[0], t[1], ... of a tile. */
+SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
 {
     springls__cross7 v;
-    v.c = t[0];
-    v.xm = t[-1];
-    v.xp = t[1];
-    v.ym = t[-SPRINGLS__TILE];
-    v.yp = t[SPRINGLS__TILE];
-    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
-    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
     return v;
+}
+
+/* Return the smallest and the largest of the six neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
+}
+
+/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
+{
+    springls__vmask inside = c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (springls__vec_not(inside) & (lo < 0.0f));
+}
+
+/* Returns where a voxel and one of its six neighbours lie on different sides. */
+SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
+{
+    return springls__crosses(v.c, springls__least(v), springls__most(v));
 }
 
 /* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
@@ -2091,18 +2898,66 @@ SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int o
     return springls__grid_contains(g, at[0], at[1], at[2]);
 }
 
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)
+{
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    float s = n * springls__cospi(time / period);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
+}
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+
+/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)
+{
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    float s = n * springls__cospi(time / period);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
+}
+
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
-
-/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */
-SPRINGLS__MATHS springls__v3 springls__deformation_velocity(springls__v3 voxel, float n, float period, float time)
-{
-    springls__v3 x = springls__scale(voxel, 1.0f / n);
-    float sx = springls__sinpi(x.x), sy = springls__sinpi(x.y), sz = springls__sinpi(x.z);
-    float s2x = springls__sinpi(2.0f * x.x), s2y = springls__sinpi(2.0f * x.y), s2z = springls__sinpi(2.0f * x.z);
-    float s = n * springls__cospi(time / period);
-    return springls__v3_make(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
-}
 
 SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)
 {
@@ -2343,7 +3198,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
     springls_policy split, fill, merge;
     springls__buffer values;
@@ -2645,9 +3500,22 @@ SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS_
     hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
 }
 
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row);
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
+   and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
+{
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
 
 /* omega's first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
@@ -2656,12 +3524,12 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 }
 
 
-/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
@@ -2833,9 +3701,27 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
     return length < room ? length + 1 : room;
 }
 
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);
+/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)
+   and its squared distance. */
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
+                                             float radius2, float d2[8], float edge[8])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    int e, m;
+    for (m = 0; m < 3; m += SPRINGLS__LANES) {
+        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
+        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);
+        for (e = 0; e < 3; e++) {
+            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);
+            springls__vmask nearer = d < best;
+            best = springls__vec_select(nearer, d, best);
+            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);
+        }
+        springls__vec_store(d2 + m, best);
+        springls__vec_store(edge + m, found);
+    }
+}
 
 /* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
@@ -2845,8 +3731,8 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     const int room = model->params.max_neighbors;
     springls__v3 lower, upper, normal = springls__springl_normal(*self);
     springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
-    int length[3] = { 0, 0, 0 }, edge[3], other, m;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
+    int length[3] = { 0, 0, 0 }, other, m;
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
     lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
     lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
@@ -2866,9 +3752,9 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
-            if (edge[m] >= 0)
+            if (edge[m] >= 0.0f)
                 length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + edge[m]);
+                                                     d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -2879,11 +3765,7 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 }
 
 /* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
 
 typedef struct springls__relax_rule {
     float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
@@ -2892,90 +3774,6 @@ typedef struct springls__relax_rule {
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
     int threshold, weight, physical; /* H, W, and which torque                   */
 } springls__relax_rule;
-
-/* Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__MATHS float springls__hermite(float x, float a, float b, float ya, float sa, float yb)
-{
-    float h = b - a, t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* W_c and W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__MATHS float springls__weight_spline(float x, float peak, float radius)
-{
-    if (x <= 0.0f) return x;
-    if (x >= radius) return 0.0f;
-    return x < peak ? springls__hermite(x, 0.0f, peak, 0.0f, 1.0f, peak) : springls__hermite(x, peak, radius, peak, 0.0f, 0.0f);
-}
-
-/* W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__MATHS float springls__weight(int which, float x, float d_max, float radius)
-{
-    if (which == 0) return x;
-    if (which == 1) return springls__atanh(x);
-    return springls__weight_spline(x, which == 2 ? d_max : 0.5f * d_max, radius);
-}
-
-/* H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__MATHS float springls__threshold(int which, float x) { return which == 0 ? x : springls__tanh(x); }
-
-/* alpha(|d|) d of eq. 12, towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__MATHS springls__v3 springls__attraction(springls__relax_rule rule, springls__v3 d)
-{
-    float x = springls__length(d);
-    float w = springls__weight(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return springls__scale(d, x > 1e-6f ? rule.kappa_ext * w / x : 0.0f);
-}
-
-/* g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__MATHS springls__v3 springls__thresholded(springls__relax_rule rule, springls__v3 c)
-{
-    float x = springls__length(c);
-    return springls__scale(c, x > 1e-6f ? springls__threshold(rule.threshold, rule.sharpness * x) / x : 0.0f);
-}
-
-/* v turned by |w| radians about w (Rodrigues). */
-SPRINGLS__MATHS springls__v3 springls__rotate(springls__v3 v, springls__v3 w)
-{
-    float angle = springls__length(w), s, c;
-    springls__v3 axis;
-    if (angle < 1e-7f) return v;
-    axis = springls__scale(w, 1.0f / angle);
-    s = springls__sinpi(angle * 0.318309886f);
-    c = springls__cospi(angle * 0.318309886f);
-    return springls__add(springls__add(springls__scale(v, c), springls__scale(springls__cross(axis, v), s)),
-                         springls__scale(axis, springls__dot(axis, v) * (1.0f - c)));
-}
-
-/* The triangle after one iteration of eq. 17 and 18, given the thresholded force at each vertex. */
-SPRINGLS__MATHS springls__tri springls__relax_springl(springls__relax_rule rule, springls__tri t, springls__v3 p,
-                                                      springls__v3 ga, springls__v3 gb, springls__v3 gc)
-{
-    springls__v3 g[3], spring[3], turn = springls__v3_make(0.0f, 0.0f, 0.0f);
-    float length[3];
-    springls__tri out;
-    int m;
-    g[0] = ga; g[1] = gb; g[2] = gc;
-    spring[0] = springls__sub(t.a, p);
-    spring[1] = springls__sub(t.b, p);
-    spring[2] = springls__sub(t.c, p);
-    for (m = 0; m < 3; m++) {
-        float arm;
-        length[m] = springls__length(spring[m]);
-        spring[m] = springls__normalize(spring[m]);
-        arm = rule.physical ? length[m] : 1.0f;                                                /* eq. 19 or eq. 20 */
-        turn = springls__mad(turn, springls__cross(spring[m], g[m]), arm);
-    }
-    turn = springls__scale(turn, rule.step_rotation);                                          /* eq. 18           */
-    for (m = 0; m < 3; m++) {
-        float along = springls__dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17       */
-        length[m] = springls__max(length[m] + rule.step_length * along, 0.25f * rule.rest);
-        spring[m] = springls__mad(p, springls__rotate(spring[m], turn), length[m]);            /* eq. 3            */
-    }
-    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];
-    return out;
-}
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
 {
@@ -2995,41 +3793,402 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 }
 
 
-/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
 {
-    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
-        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];
-        int e = codes[k] % 3;
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
-        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
-    }
-    return springls__thresholded(rule, c);
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
 }
 
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
 
-/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
+                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v turned (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
+                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v turned (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    springls__springl s = all[i];
-    springls__tri t = springls__springl_tri(s);
     (void)job;
-    if (!model->set.mask[i]) {
-        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),
-                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
-                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
-        s = springls__springl_make(t, s.p);
-    }
-    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
+    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */
+/* Does so for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)
+{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int i;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        springls__vec_relax_springl(model, rule, begin);
+        for (i = begin; i < begin + SPRINGLS__LANES; i++)
+            if (model->set.mask[i]) springls__relax_element(model, job, i);
+    }
+    for (; begin < end; begin++) springls__relax_element(model, job, begin);
+}
+
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
@@ -3151,9 +4310,11 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float d2, reach = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
             nearest = i;
@@ -3493,8 +4654,11 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
-/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
+/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
+
+/* Cosine of the angle from which on two normals are those of different sheets. */
+#define SPRINGLS__SAME_SHEET 0.4f
 
 /* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
    with it. edge: 1 at a crease. */
@@ -3503,55 +4667,90 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
-/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */
-SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }
 
-/* Falls smoothly to 0 at the radius. */
-SPRINGLS__MATHS float springls__project_weight(float d2)
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/stages/project.h -------- */
+
+/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
+/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+
+/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 {
-    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);
+    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
+    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
     t = t * t;
     return t * t;
 }
+/* -------- back in kernels_embed/stages/project.h -------- */
 
-/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
-   then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
-                                                        springls__v3 facing)
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/stages/project.h -------- */
+
+/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
+/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+
+/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 {
-    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
-    if (springls__dot(facing, s.n) <= 0.4f) return sum;
-    sum.weight += w;
-    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));
-    sum.offset = springls__mad(sum.offset, offset, w);
-    sum.normal = springls__mad(sum.normal, s.n, w);
-    sum.moved = springls__mad(sum.moved, s.moved, w);
-    return sum;
+    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
+    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
+    t = t * t;
+    return t * t;
 }
+/* -------- back in kernels_embed/stages/project.h -------- */
 
-/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
+/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
 SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
-    springls__estimate say;
-    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
-    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
-    return say;
+    springls__estimate estimate;
+    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;
+    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
+    return estimate;
 }
 
-/* Sums of less weight say nothing. */
+/* Sums of less weight do not count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
-/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
+/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
 /* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
    (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
    1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less they know of the surface's bend in between. */
+   side of the voxel, the less certain is the bend of the surface in between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -3563,8 +4762,8 @@ SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moment
     return f;
 }
 
-/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are
-   closer than phi says: it may have lost a sheet here. */
+/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
+   the springls are closer than |phi|: phi may have lost a sheet here. */
 SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 {
     float change = springls__fabs(f.distance - phi);
@@ -3573,62 +4772,58 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
+/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
 SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
 {
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
-   its old value in it. */
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
+   twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
-
-/* The old value again, where nobody could help. */
-SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)
+SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
-    if (!springls__is_side_unknown(phi, far_value)) return phi;
-    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
+    return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
-SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }
-
-/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
-   much. Where they say no more than `enough` the voxel stays in doubt. */
-SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)
+/* Returns the old value where the side is unknown, else phi. */
+SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
-    float sum, nearest;
-    if (!springls__is_side_unknown(v.c, far_value)) return v.c;
-    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)
-        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
-    if (springls__fabs(sum) <= enough) return v.c;
-    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
-                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
-                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));
-    nearest = springls__min(nearest + 1.0f, far_value);
-    return sum < 0.0f ? -nearest : nearest;
+    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);
 }
 
-/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+/* Returns phi where the side is known, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
+}
+
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
+   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
+SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
+{
+    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
+                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
+                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
+    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
+    d = springls__vec_select(sum < 0.0f, -d, d);
+    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
+}
+
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
    not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
-}
-
-/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
-   becomes there, else itself. */
-SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)
-{
-    float lo = springls__least(v), hi = springls__most(v);
-    if (v.c >= 0.0f && hi < 0.0f) return hi;
-    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
 }
 
 /* ======== >>keep_edges:kernel  (kernels_embed/stages/keep_edges.h) ============================================= */
@@ -4066,9 +5261,9 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
 SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
 {
     springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
-    float d2 = springls__tri_distance2(plan, s.p);
+    float d2 = springls__tri_distance2(&plan, s.p);
     int m;
-    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));
+    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));
     return d2;
 }
 
@@ -4391,24 +5586,39 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
 }
 
-/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
-   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
-SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
+   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
-    float d2 = springls__tri_distance2(plan, x) + 0.01f;
-    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
+    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
+    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
-                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);
+/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
+   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_from(i);
+        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
+        counts = (nearest < capture) & (d2 < within * within);
+        if (!springls__vec_any(counts)) continue;
+        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+    }
+}
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
@@ -4438,7 +5648,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
 SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
 {
-    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
 /* The side becomes the sign of the distance. */
@@ -4473,22 +5683,38 @@ SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
     return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
 }
 
-/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
 {
-    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)
-                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);
-    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
 }
 
-/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,
-                                          SPRINGLS__GLOBAL float *out);
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside))
+            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        springls__vec_store(out + i, c);
+    }
+}
 
 /* phi_next from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
@@ -4612,79 +5838,104 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
 /* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* True when a voxel and one of its six neighbours lie on different sides. */
-SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
-{
-    float lo = springls__least(v), hi = springls__most(v);
-    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
-}
-
 /* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
    side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
-SPRINGLS__MATHS float springls__slope2(float m, float c, float p)
+SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
-    float central = 0.5f * (p - m), left = c - m, right = p - c;
-    float steep = springls__max(springls__fabs(left), springls__fabs(right));
-    float flat = springls__fabs(central);
-    float slope = flat < 0.65f * steep ? steep : flat;
+    springls__vec flat = springls__vec_fabs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
     return slope * slope;
 }
 
 /* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
    on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
-SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
 {
-    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;
-    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);
+    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);
     return v.c / (1.0f + share * excess);
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26
-   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
+   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)
+/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
+SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)
 {
-    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;
+    springls__vec c = springls__vec_load(phi), lo = c, hi = c;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return springls__crosses(c, lo, hi);
 }
 
-/* First guess for a voxel that gets its distance from its neighbours: it is not near. */
-SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
-    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);
-    return phi < 0.0f ? -d : d;
+    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
+    return springls__vec_select(c < 0.0f, -d, d);
 }
 
-/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
+/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a
+   tile. */
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
-    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));
-    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));
-    float one = a + 1.0f;
-    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));
-    float sum = a + b + c;
-    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);
-    float d = one > b ? two : one;
-    return d > c ? three : d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec d = springls__distance_guess(v.c, far_value), own;
+        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;
+        if (springls__vec_any(takes_own | edge)) {
+            own = springls__interface_distance(v);
+            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);
+            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));
+            d = springls__vec_select(takes_own, own, d);
+        }
+        springls__vec_store(out + i, d);
+    }
 }
 
-/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26
-   neighbours on the other side (touches): near springls alone are no surface. */
-SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)
+/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
 {
-    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
-                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
-                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
-    d = springls__min(d, far_value);
-    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
-    return v.c < 0.0f ? -d : d;
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
 }
 
-/* Rows of eight voxels; phi points into a tile. */
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
+   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+        springls__vec d = springls__vec_broadcast(far_value);
+        springls__vmask kept = springls__at_interface(v);
+        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
+        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
+        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+            d = springls__vec_min(springls__eikonal(x, y, z), d);
+        d = springls__vec_select(v.c < 0.0f, -d, d);
+        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
+    }
+}
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
 SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
@@ -4712,21 +5963,21 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
-/* Which of the 27 bricks around (and including) a brick the band reaches. */
+/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
 SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
 {
-    uint32_t reach = 0;
+    uint32_t mask = 0;
     int x, y, z;
     for (z = 0; z < 8; z++)
         for (y = 0; y < 8; y++) {
             uint32_t row = 0;
             for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
-    return reach;
+    return mask;
 }
 
-/* To SCRATCH0, one a brick. */
+/* Writes that of each brick to SCRATCH0. */
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
@@ -4817,14 +6068,56 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
+/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i, k;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
+        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vec_any(nearer)) continue;
+        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
+        for (k = 0; k < 3; k++) {
+            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
+        }
+    }
+}
 
-/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
+SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
+{
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another
+   sheet. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
+        if (!springls__vec_any(w > 0.0f)) continue;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
@@ -4894,22 +6187,22 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__sample_set crowd;
-    springls__estimate say;
+    springls__sample_set samples;
+    springls__estimate estimate;
     int r, k, edges = 0;
-    crowd.count = 0;
+    samples.count = 0;
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
             if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);
+            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
-    say = springls__edge_distance(&crowd, x);
-    if (say.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, say.distance);
+    estimate = springls__edge_distance(&samples, x);
+    if (estimate.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, estimate.distance);
     return true;
 }
 
@@ -4952,7 +6245,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
+/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
+   longest displacement of any. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -4960,14 +6254,14 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *in_doubt = 0;
+    if (model->group.item == 0) *side_unknown = 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
@@ -4981,31 +6275,63 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
                                                  phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
-                *in_doubt = 1;
+                *side_unknown = 1;
             }
         }
 }
 
-/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
+                                                SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask unknown = springls__is_side_unknown(c, far_value);
+        if (springls__vec_any(unknown)) {
+            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);
+            if (last) c = springls__restored_side(c, far_value);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
+   counts; job.i[0]: it is the last time, and who is left takes the old value. */
 SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
     int row, v;
-    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
-        for (v = 8 * row; v < 8 * row + 8; v++) {
-            if (!in_doubt) out[v] = from[v];
-            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);
-        }
+        if (some_unknown)
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,
+                                       out + 8 * row);
+        else
+            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
     }
 }
 
-/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
+/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller
+   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vec_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
+}
+
+/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
@@ -5038,7 +6364,7 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
@@ -5357,9 +6683,11 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float reach = r + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
         sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
     }
@@ -5706,752 +7034,6 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
 }
 
-/* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
-/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
-   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
-   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
-
-#if defined(__OPENCL_VERSION__)
-#define SPRINGLS__LANES 8
-#define SPRINGLS__LANE SPRINGLS__MATHS
-typedef float8 springls__vec;
-typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
-#define springls__vec_load(from) vload8(0, from)
-#define springls__vec_store(to, v) vstore8(v, 0, to)
-#define springls__vec_all(x) ((float8)(x))
-#define springls__vec_select(where, yes, no) select(no, yes, where)
-#define springls__vec_min(a, b) springls__vec_lesser(a, b)
-#define springls__vec_max(a, b) springls__vec_greater(a, b)
-#define springls__vec_abs(x) fabs(x)
-#define springls__vec_sqrt(x) sqrt(x)
-#define springls__vec_of_ints(k) convert_float8(k)
-#define springls__vec_to_ints(x) convert_int8(x)
-#define springls__vec_of_bits(bits) as_float8(bits)
-#define springls__vmask_any(where) any(where)
-SPRINGLS__MATHS springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
-SPRINGLS__MATHS springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
-
-#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
-#if defined(__AVX2__)
-#include <immintrin.h>
-#define SPRINGLS__LANES 8
-#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
-typedef __m256 springls__simd;
-#else
-#define SPRINGLS__LANES 4
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
-typedef __m128 springls__simd;
-#endif
-#endif
-
-#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline
-
-typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
-typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
-typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
-
-
-SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
-SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
-
-SPRINGLS__LANE springls__vec springls__vec_all(float x)
-{
-    springls__vec v = { 0 };
-    return x - v; /* x + 0 would lose the sign of -0 */
-}
-
-SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
-{
-    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
-}
-
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
-SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
-#else
-    return springls__vec_select(a < b, a, b);
-#endif
-}
-
-SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
-#else
-    return springls__vec_select(a > b, a, b);
-#endif
-}
-
-SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
-{
-    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
-    return (springls__vec)((springls__vmask)x & ~sign);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
-#else
-    springls__vec r = x;
-    int i;
-    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
-    return r;
-#endif
-}
-
-SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
-{
-#if defined(SPRINGLS__SIMD)
-    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
-#else
-    int i, any = 0;
-    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
-    return any != 0;
-#endif
-}
-
-#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)
-#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)
-#define springls__vec_of_bits(bits) ((springls__vec)(bits))
-#endif
-
-#ifdef SPRINGLS__LANES
-
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
-
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
-{
-    springls__vec3 r;
-    r.x = springls__vec_all(v.x);
-    r.y = springls__vec_all(v.y);
-    r.z = springls__vec_all(v.z);
-    return r;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)
-{
-    a.x += b.x;
-    a.y += b.y;
-    a.z += b.z;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)
-{
-    a.x *= s;
-    a.y *= s;
-    a.z *= s;
-    return a;
-}
-
-/* a + s b */
-SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)
-{
-    a.x += b.x * s;
-    a.y += b.y * s;
-    a.z += b.z * s;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)
-{
-    springls__vec3 r;
-    r.x = a.y * b.z - a.z * b.y;
-    r.y = a.z * b.x - a.x * b.z;
-    r.z = a.x * b.y - a.y * b.x;
-    return r;
-}
-
-SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }
-
-SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
-{
-    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);
-    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);
-    springls__vmask some = l2 > springls__vec_all(1e-30f);
-    a = springls__vec3_scale(a, s);
-    a.x = springls__vec_select(some, a.x, zero);
-    a.y = springls__vec_select(some, a.y, zero);
-    a.z = springls__vec_select(some, a.z, zero);
-    return a;
-}
-
-/* 2^k for whole k in [-126, 127]. */
-SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
-{
-    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
-{
-    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);
-    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
-    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
-                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
-    return e * springls__vec_power2(k);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)
-{
-    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);
-    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
-    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));
-    t = springls__vec_select(x < 0.0f, -t, t);
-    return springls__vec_select(a < 0.25f, series, t);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
-{
-    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
-    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
-                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
-
-SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
-{
-    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
-    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
-    d = springls__vec3_mad(d, along, -s);
-    return springls__vec3_dot(d, d);
-}
-
-#endif
-
-/* ======== >>lanes_neighbors:kernel  (kernels_embed/model/lanes_neighbors.h) ==================================== */
-/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
-
-#ifdef SPRINGLS__LANES
-
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
-    springls__vec3 at;
-    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
-    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
-    int e, m;
-    at.x = springls__vec_load(x);
-    at.y = springls__vec_load(y);
-    at.z = springls__vec_load(z);
-    for (e = 0; e < 3; e++) {
-        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
-        springls__vmask nearer = d < best;
-        best = springls__vec_select(nearer, d, best);
-        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
-    }
-    springls__vec_store(d2s, best);
-    springls__vec_store(edges, found);
-    for (m = 0; m < 3; m++) {
-        d2[m] = d2s[m];
-        edge[m] = (int)edges[m];
-    }
-}
-
-#endif
-
-/* ======== >>lanes_rows:kernel  (kernels_embed/stages/lanes_rows.h) ============================================= */
-/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
-
-#ifdef SPRINGLS__LANES
-
-/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
-SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
-{
-    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
-    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
-    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
-    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
-    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
-                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
-                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(
-        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
-    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
-}
-
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + reach;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
-        if (!springls__vmask_any(counts)) continue;
-        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
-        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
-        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
-        springls__vec_store(side + i, springls__vec_load(side + i) + height);
-    }
-}
-
-typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
-
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)
-{
-    springls__vec_cross7 v;
-    v.c = springls__vec_load(t);
-    v.xm = springls__vec_load(t - 1);
-    v.xp = springls__vec_load(t + 1);
-    v.ym = springls__vec_load(t - SPRINGLS__TILE);
-    v.yp = springls__vec_load(t + SPRINGLS__TILE);
-    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
-    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
-    return v;
-}
-
-/* f times the upwind difference of phi */
-SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                           float step, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
-    springls__vmask inside = springls__vec_abs(v.c) <= width;
-    springls__vec change;
-    if (!springls__vmask_any(inside)) {
-        springls__vec_store(out, v.c);
-        return;
-    }
-    o = springls__tile_cross_lanes(omega);
-    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
-           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
-           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
-    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-    springls__vec_store(out, springls__vec_select(inside, change, v.c));
-}
-
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
-                             springls__vec_min(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
-                             springls__vec_max(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
-{
-    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_abs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
-{
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)
-                       + springls__slope2_lanes(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)
-{
-    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
-    springls__vmask inside = c < 0.0f;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
-    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    if (springls__vmask_any(crossed | edge)) {
-        own = springls__interface_distance_lanes(v);
-        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
-        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
-        d = springls__vec_select(crossed, own, d);
-    }
-    springls__vec_store(out, d);
-}
-
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
-{
-    const springls__vec zero = springls__vec_all(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))
-            * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
-    springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
-    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
-        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(kept, v.c, d));
-}
-
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#endif
-
-/* ======== >>lanes_project:kernel  (kernels_embed/stages/lanes_project.h) ======================================= */
-/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
-   offset: from the particle to the row's first voxel. */
-
-#ifdef SPRINGLS__LANES
-
-SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-
-SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)
-{
-    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
-}
-
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));
-        springls__vmask nearer = d2 < best;
-        if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);
-        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);
-        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);
-    }
-}
-
-SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
-{
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
-    springls__vec_store(at, springls__vec_load(at) + value);
-}
-
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
-    springls__vec zero = springls__vec_all(0.0f);
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
-        if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
-        w = w * w;
-        w = springls__vec_select(along > 0.4f, w * w, zero);
-        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
-    }
-}
-
-SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
-{
-    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
-}
-
-/* springls__resolved_side; phi points into a tile. */
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v;
-        springls__vec sum, nearest;
-        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
-        if (!springls__vmask_any(doubtful)) {
-            springls__vec_store(out + i, springls__vec_load(phi + i));
-            continue;
-        }
-        v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)
-              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)
-              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
-        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
-                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
-        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
-    }
-}
-
-/* springls__remove_speck; true when there was one. */
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vmask_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-#endif
-
-/* ======== >>rows:kernel  (kernels_embed/stages/rows.h) ========================================================= */
-/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */
-
-#ifndef SPRINGLS__LANES
-
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,
-                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    int e, m;
-    for (m = 0; m < 3; m++) {
-        d2[m] = radius2;
-        edge[m] = -1;
-        for (e = 0; e < 3; e++) {
-            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);
-            if (d >= d2[m]) continue;
-            d2[m] = d;
-            edge[m] = e;
-        }
-    }
-}
-
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = row[i] + reach;
-        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
-        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
-    }
-}
-
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)
-            side[i] += springls__side(*plan, at);
-    }
-}
-
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
-        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
-    }
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)
-{
-    int i;
-    for (i = 0; i < 27; i++)
-        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
-    return false;
-}
-
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        float d = springls__interface_distance(v);
-        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
-        out[i] = own ? d : springls__distance_guess(v.c, far_value);
-    }
-}
-
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
-}
-
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i++) {
-        out[i] = springls__remove_speck(springls__tile_cross(phi + i));
-        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
-    }
-    return some;
-}
-
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i++) {
-        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;
-        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;
-        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;
-        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;
-        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;
-    }
-}
-
-SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)
-{
-    const springls__v3 *from[3];
-    int k;
-    from[0] = &m.offset;
-    from[1] = &m.normal;
-    from[2] = &m.moved;
-    for (k = 0; k < 3; k++) {
-        sums[springls__sum_at(3 * k, i)] = from[k]->x;
-        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;
-        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;
-    }
-    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;
-    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;
-}
-
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    int i;
-    for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],
-                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],
-                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
-        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
-        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
-    }
-}
-
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);
-}
-
-#endif
-
 /* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
 /* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
    the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
@@ -6513,8 +7095,8 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
       SPRINGLS__SURFACE_FLOATS) \
     X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
 
-/* Those whose loop is in lanes_*.h. */
-#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
+#define SPRINGLS__SIMD_KERNELS(X)                                                                     \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
 
 /* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
@@ -6540,7 +7122,7 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -6560,6 +7142,12 @@ typedef struct springls__kernel_info {
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+    }
+
+#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        springls__##name##_elements(model, job, begin, end);                                                             \
     }
 
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
@@ -6697,183 +7285,6 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
         if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
-/* ======== >>lanes_relax  (src/runtime/lanes_relax.h) =========================================================== */
-/* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
-
-#ifdef SPRINGLS__LANES
-
-SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
-{
-    float v[SPRINGLS__LANES];
-    int i;
-    if (rule.weight == 0) return x;
-    springls__vec_store(v, x);
-    for (i = 0; i < SPRINGLS__LANES; i++) v[i] = springls__weight(rule.weight, v[i], rule.d_max, rule.radius);
-    return springls__vec_load(v);
-}
-
-/* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
-typedef struct springls__edges_lanes {
-    float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES];
-    int there[SPRINGLS__LANES];
-} springls__edges_lanes;
-
-/* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
-SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes,
-                                          int stride, int instead)
-{
-    int lane, axis, some = 0;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        int code = codes[stride * lane], there = code >= 0, e;
-        const springls__springl *o = &all[there ? code / 3 : instead];
-        const float *a, *b, *q = (const float *)(const void *)o->q;
-        e = there ? code % 3 : 0;
-        a = q + 3 * e;
-        b = q + (e == 2 ? 0 : 3 * e + 3);
-        for (axis = 0; axis < 3; axis++) {
-            edges->a[axis][lane] = a[axis];
-            edges->b[axis][lane] = b[axis];
-        }
-        edges->inverse[lane] = o->inverse_edge2[e];
-        edges->there[lane] = -there;
-        some |= there;
-    }
-    return some;
-}
-
-/* springls__vertex_force of one vertex of each springl. */
-SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all,
-                                                           springls__vec3 q, const int *rows, int stride, int instead)
-{
-    springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
-    springls__vec x, s, zero = c.x;
-    springls__edges_lanes edges;
-    springls__vmask there;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && springls__edges_gather(&edges, all, rows + k, stride, instead); k++) {
-        a.x = springls__vec_load(edges.a[0]);
-        a.y = springls__vec_load(edges.a[1]);
-        a.z = springls__vec_load(edges.a[2]);
-        ab.x = springls__vec_load(edges.b[0]);
-        ab.y = springls__vec_load(edges.b[1]);
-        ab.z = springls__vec_load(edges.b[2]);
-        ab = springls__vec3_sub(ab, a);
-        s = springls__vec_clamp(springls__vec3_dot(springls__vec3_sub(q, a), ab) * springls__vec_load(edges.inverse), 0.0f, 1.0f);
-        d = springls__vec3_sub(springls__vec3_mad(a, ab, s), q);
-        x = springls__vec3_length(d);
-        memcpy(&there, edges.there, sizeof there);
-        s = rule.kappa_ext * springls__weight_lanes(rule, (x - rule.rest) / rule.radius) / x;                    /* eq. 12 */
-        c = springls__vec3_mad(c, d, springls__vec_select(there & (x > 1e-6f), s, zero));
-    }
-    x = springls__vec3_length(c);
-    s = rule.sharpness * x;
-    s = (rule.threshold == 0 ? s : springls__vec_tanh(s)) / x;                                                /* eq. 13 */
-    return springls__vec3_scale(c, springls__vec_select(x > 1e-6f, s, zero));
-}
-
-/* An axis, and the sine and cosine of the angle about it. */
-typedef struct springls__turn_lanes {
-    springls__vec3 axis;
-    springls__vec sine, cosine;
-    springls__vmask some;
-} springls__turn_lanes;
-
-SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
-{
-    springls__vec angle = springls__vec3_length(w);
-    springls__turn_lanes turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = springls__vec3_scale(w, 1.0f / angle);
-    turn.sine = springls__vec_sinpi(angle * 0.318309886f);
-    turn.cosine = springls__vec_cospi(angle * 0.318309886f);
-    return turn;
-}
-
-SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
-{
-    springls__vec3 r = springls__vec3_add(
-        springls__vec3_add(springls__vec3_scale(v, turn->cosine),
-                           springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
-        springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
-    r.x = springls__vec_select(turn->some, r.x, v.x);
-    r.y = springls__vec_select(turn->some, r.y, v.y);
-    r.z = springls__vec_select(turn->some, r.z, v.z);
-    return r;
-}
-
-/* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
-SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first,
-                                          int lanes, springls__springl *next)
-{
-    float record[16][SPRINGLS__LANES];
-    springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));
-    springls__vec length[3], reach2 = springls__vec_all(0.0f);
-    springls__turn_lanes turn;
-    int lane, m, codes[SPRINGLS__LANES * SPRINGLS__NEIGHBOR_ROW];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        int i = first + springls__imin(lane, lanes - 1);
-        const float *s = (const float *)(const void *)&all[i];
-        for (m = 0; m < 12; m++) record[m][lane] = s[m];
-    }
-    if (lanes < SPRINGLS__LANES) {
-        memset(codes, 0xff, sizeof codes);
-        memcpy(codes, rows, (size_t)lanes * SPRINGLS__NEIGHBOR_ROW * sizeof *codes);
-        rows = codes;
-    }
-    p.x = springls__vec_load(record[9]);
-    p.y = springls__vec_load(record[10]);
-    p.z = springls__vec_load(record[11]);
-    for (m = 0; m < 3; m++) {
-        springls__vec arm;
-        q[m].x = springls__vec_load(record[3 * m]);
-        q[m].y = springls__vec_load(record[3 * m + 1]);
-        q[m].z = springls__vec_load(record[3 * m + 2]);
-        g[m] = springls__vertex_force_lanes(rule, all, q[m], rows + SPRINGLS__MAX_NEIGHBORS * m, SPRINGLS__NEIGHBOR_ROW, first);
-        spring[m] = springls__vec3_sub(q[m], p);
-        length[m] = springls__vec3_length(spring[m]);
-        spring[m] = springls__vec3_normalize(spring[m]);
-        arm = rule.physical ? length[m] : springls__vec_all(1.0f);
-        turning = springls__vec3_mad(turning, springls__vec3_cross(spring[m], g[m]), arm);
-    }
-    turn = springls__turn_of_lanes(springls__vec3_scale(turning, springls__vec_all(rule.step_rotation)));
-    for (m = 0; m < 3; m++) {
-        springls__vec along = springls__vec3_dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest);
-        length[m] = springls__vec_max(length[m] + rule.step_length * along, springls__vec_all(0.25f * rule.rest));
-        q[m] = springls__vec3_mad(p, springls__rotate_lanes(spring[m], &turn), length[m]);
-        springls__vec_store(record[3 * m], q[m].x);
-        springls__vec_store(record[3 * m + 1], q[m].y);
-        springls__vec_store(record[3 * m + 2], q[m].z);
-    }
-    for (m = 0; m < 3; m++) { /* springls__springl_finish */
-        springls__vec3 edge = springls__vec3_sub(q[m == 2 ? 0 : m + 1], q[m]), arm = springls__vec3_sub(q[m], p);
-        springls__vec l2 = springls__vec3_dot(edge, edge);
-        springls__vec_store(record[12 + m], springls__vec_select(l2 > 1e-20f, 1.0f / l2, springls__vec_all(0.0f)));
-        reach2 = springls__vec_max(reach2, springls__vec3_dot(arm, arm));
-    }
-    springls__vec_store(record[15], springls__vec_sqrt(reach2));
-    for (lane = 0; lane < lanes; lane++) {
-        float *s = (float *)(void *)&next[first + lane];
-        for (m = 0; m < 16; m++) s[m] = record[m][lane];
-    }
-}
-
-SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__job job, int begin, int end)
-{
-    springls__springl *next = (springls__springl *)model->scratch[1];
-    springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int first, i;
-    (void)job;
-    for (first = begin; first < end; first += SPRINGLS__LANES)
-        springls__relax_lanes(rule, model->set.s, model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
-                              springls__imin(end - first, SPRINGLS__LANES), next);
-    for (i = begin; i < end; i++)
-        if (model->set.mask[i]) next[i] = model->set.s[i];
-}
-
-#else
-SPRINGLS__RANGE(relax)
-#endif
-
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
@@ -6907,13 +7318,16 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 #undef SPRINGLS__RANGE_OF
+#define SPRINGLS__SIMD_RANGE_OF(name, grain, writes) SPRINGLS__SIMD_RANGE(name)
+SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE_OF)
+#undef SPRINGLS__SIMD_RANGE_OF
 #define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
-    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
+    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
 #define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
@@ -7781,7 +8195,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
@@ -7956,7 +8370,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
-        springls__fill(g->omega, slot, ctx->model.params.capture);
+        springls__fill(g->omega, slot, ctx->model.params.capture_range);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
 }
@@ -8113,45 +8527,6 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
     springls_context *owner = (springls_context *)ctx;
     return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
 }
-
-/* ======== >>lanes_advect  (src/runtime/lanes_advect.h) ========================================================= */
-/* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
-
-#ifdef SPRINGLS__LANES
-
-/* All points but the last few; returns how many. */
-SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
-{
-    float axis[3][SPRINGLS__LANES];
-    float s = n * springls__cospi(time / period);
-    int first, lane, k;
-    for (first = 0; first + SPRINGLS__LANES <= count; first += SPRINGLS__LANES) {
-        springls__vec x[3], once[3], twice[3];
-        for (lane = 0; lane < SPRINGLS__LANES; lane++)
-            for (k = 0; k < 3; k++) axis[k][lane] = points[3 * (first + lane) + k];
-        for (k = 0; k < 3; k++) {
-            x[k] = springls__vec_load(axis[k]) * (1.0f / n);
-            once[k] = springls__vec_sinpi(x[k]);
-            twice[k] = springls__vec_sinpi(2.0f * x[k]);
-        }
-        springls__vec_store(axis[0], 2.0f * once[0] * once[0] * twice[1] * twice[2] * s);
-        springls__vec_store(axis[1], -twice[0] * once[1] * once[1] * twice[2] * s);
-        springls__vec_store(axis[2], -twice[0] * twice[1] * once[2] * once[2] * s);
-        for (lane = 0; lane < SPRINGLS__LANES; lane++)
-            for (k = 0; k < 3; k++) out[3 * (first + lane) + k] = axis[k][lane];
-    }
-    return first;
-}
-
-#else
-
-SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
-{
-    (void)points, (void)count, (void)n, (void)period, (void)time, (void)out;
-    return 0;
-}
-
-#endif
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
 /* transform.h - between the voxels of a grid and the world. */
@@ -8629,8 +9004,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
-    ctx->stats.moved = job->moved;
-    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = job->moved;
+    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -8651,10 +9026,28 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
+/* Writes the velocities at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_flow *flow, const float *points, float time, float *out)
+{
+    float axis[3][SPRINGLS__LANES];
+    springls__vec3 u;
+    int lane, k;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), flow->grid_size, flow->period, time);
+    springls__vec_store(axis[0], u.x);
+    springls__vec_store(axis[1], u.y);
+    springls__vec_store(axis[2], u.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
+}
+
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    int i = springls__deformation_velocities(points, count, flow->grid_size, flow->period, time, out);
+    int i;
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__deformation_velocities(flow, points + 3 * i, time, out + 3 * i);
     for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
                                                         flow->grid_size, flow->period, time);
@@ -9406,7 +9799,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture));
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
         springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
@@ -9815,7 +10208,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (g->omega[v] < r->ctx->model.params.capture_range) r->votes += g->phi[v] > 0.0f ? 1 : -1;
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -10078,7 +10471,7 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
 /* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
+   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
    of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
 
 /* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
@@ -10097,7 +10490,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
         springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
     ctx->omega_fresh = false;
 }
 
@@ -10643,7 +11036,7 @@ SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.phi_from_springls; }
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls; }
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
 /* After eq. 23; carrying phi along has projected it already. */
@@ -10697,7 +11090,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.phi_from_springls = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
@@ -10706,7 +11099,7 @@ SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.predict && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
@@ -10961,7 +11354,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
+        if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
 }
@@ -11089,12 +11482,12 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACEMENT_COPY;
     p.band_half_width = 3.0f;
-    p.capture = 2.0f;
+    p.capture_range = 2.0f;
     p.evolve_iterations = 4;
     p.evolve_step = 0.75f;
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
-    p.predict = 0;
+    p.carry_level_set = 0;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -11127,7 +11520,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
-    p.predict = 1;
+    p.carry_level_set = 1;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -11170,12 +11563,12 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
     SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
-    SPRINGLS__IN(capture, 0.3f, 6.0f);
+    SPRINGLS__IN(capture_range, 0.3f, 6.0f);
     SPRINGLS__IN(evolve_iterations, 0, 1000);
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
-    SPRINGLS__IN(predict, 0, 1);
+    SPRINGLS__IN(carry_level_set, 0, 1);
     SPRINGLS__IN(project_level_set, 0, 1);
     SPRINGLS__IN(nucleate, 0, 1);
     SPRINGLS__IN(keep_edges, 0, 1);
@@ -11299,7 +11692,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__omega_constant(ctx, params->capture, params->capture);
+    springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
 }
@@ -12431,9 +12824,9 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
 {
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
-    if (length == 0 || length > SPRINGLS_MAX_NAME)
+    if (length == 0 || length > SPRINGLS_MAX_NAME_LENGTH)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
-                              SPRINGLS_MAX_NAME);
+                              SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
@@ -12874,7 +13267,7 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
         springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.material) {
+        if (c->desc.correspondences) {
             int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
             if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
             springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
@@ -12916,7 +13309,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
 /* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
 SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    const size_t words = c->desc.correspondences ? 10 : 6; /* a vertex */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < *count; i++) {
@@ -12936,7 +13329,7 @@ SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls
         if (!v) continue;
         chunk->positions = (float *)c->vertices.data + vertices * words;
         chunk->normals = chunk->positions + 3 * v;
-        if (c->desc.material) {
+        if (c->desc.correspondences) {
             chunk->correspondences = chunk->normals + 3 * v;
             chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
         }
@@ -12954,11 +13347,11 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     job.ctx = ctx;
     job.chunks = c;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.material) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__show_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.material) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
     springls__drop_shown(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
@@ -13094,7 +13487,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
-    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
+    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
 
 /* ---- material coordinates ---- */
@@ -13452,7 +13845,7 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
 
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out)
@@ -13462,7 +13855,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
     if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
-    given = springls_material_count(ctx);
+    given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
@@ -13950,7 +14343,7 @@ static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 typedef struct springls__attribute_entry {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
@@ -13992,7 +14385,7 @@ SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((u
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
     const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_KIND_ALL;
     int a = section - SPRINGLS__SECTION_VALUES;
     if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
     if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
@@ -14159,7 +14552,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) {
         memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
         springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
@@ -14183,7 +14576,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     springls__layout layout;
     if (size) *size = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+    if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -14256,7 +14649,7 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 {
     const springls__attribute_entry *a = &s->attribute[row];
     int i;
-    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME_LENGTH] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
         return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
@@ -14269,7 +14662,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
-    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
@@ -14283,7 +14676,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
         return "of another original surface, which it leaves out";
     return NULL;
 }
@@ -14373,7 +14766,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
             : 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
@@ -14474,7 +14867,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     ctx->model.params = s.params;
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
-    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
     ctx->model.set.count = s.count;
     ctx->model.set.at_edges = s.at_edges;
     ctx->model.set.next_id = s.next_id;
@@ -14596,92 +14989,104 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 615 \"springls.h\"\n",
-    "/* params.h - the parameters, which hosts and kernels share. */\n",
+    "#line 693 \"springls.h\"\n",
+    "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
-    "typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
-    "typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */\n",
-    "                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */\n",
-    "typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */\n",
-    "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */\n",
+    "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
+    "typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;\n",
     "\n",
-    "/* Where a split or filled springl gets its place and its correspondence. */\n",
+    "/* Names the function W of Fig. 8b, which turns a neighbour's distance into a force (eq. 12): W_a, W_b, W_c, W_d in this order. */\n",
+    "typedef enum springls_weight {\n",
+    "    SPRINGLS_WEIGHT_LINEAR,\n",
+    "    SPRINGLS_WEIGHT_ATANH,\n",
+    "    SPRINGLS_WEIGHT_SPLINE_FAR,\n",
+    "    SPRINGLS_WEIGHT_SPLINE_NEAR\n",
+    "} springls_weight;\n",
+    "\n",
+    "/* Names the formula of the torque on a springl: eq. 20 or eq. 19. */\n",
+    "typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque;\n",
+    "\n",
+    "/* Names what the level set may do: change its topology, or keep it (section 4.5). */\n",
+    "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;\n",
+    "\n",
+    "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
-    "    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */\n",
-    "    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */\n",
+    "    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */\n",
+    "    SPRINGLS_PLACEMENT_QUADRATIC /* both come from a quadratic moving-least-squares fit to the neighbouring particles        */\n",
     "} springls_placement;\n",
     "\n",
-    "/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;\n",
-    "   a zeroed structure is refused because zero is a meaningful value of many members. */\n",
+    "/* Holds the parameters of a model; lengths are in voxels, areas in voxel^2. Get a set from springls_default_params() or\n",
+    "   springls_paper_params() and change members: a zeroed structure is refused, because 0 is a legal value of many members.\n",
+    "   The manual's chapter PARAMETERS lists both sets and the symbols of the paper; a member out of range is refused by name. */\n",
     "typedef struct springls_params {\n",
-    "    unsigned cookie;  /* set by the two functions, checked by springls_create */\n",
+    "    unsigned cookie;  /* set by the two functions, checked by springls_create and springls_set_params            */\n",
     "\n",
     "    /* Table 1 */\n",
-    "    float d_max;             /* springl capsule radius                                                          */\n",
-    "    float particle_radius;   /* r: particle and vertex radius; springs rest at length 2r                        */\n",
-    "    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                         */\n",
-    "    int max_neighbors;       /* nearest edges kept a vertex, 1..8 (section 4.8)                                 */\n",
+    "    float d_max;             /* radius of a springl's capsule: what is nearer to the springl is covered by it        */\n",
+    "    float particle_radius;   /* r: springs rest at the length 2r                                                   */\n",
+    "    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                            */\n",
+    "    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */\n",
     "\n",
     "    /* relax: section 4.3, Algorithm 1 */\n",
     "    int relax_iterations;\n",
     "    springls_threshold threshold;\n",
     "    springls_weight weight;\n",
     "    springls_torque torque;\n",
-    "    float sharpness;         /* lambda_c of H(lambda_c x)                                                       */\n",
-    "    float kappa_int;         /* internal spring constant (eq. 4)                                                */\n",
-    "    float kappa_ext;         /* external spring constant (eq. 5)                                                */\n",
-    "    float relax_step_length;   /* xi  (eq. 10, 17)                                                              */\n",
-    "    float relax_step_rotation; /* rho (eq. 11, 18)                                                              */\n",
-    "    int relax_same_side;     /* 1: ignore neighbours facing the other way; 0: the paper                         */\n",
+    "    float sharpness;         /* lambda_c of H(lambda_c x)                                                          */\n",
+    "    float kappa_int;         /* internal spring constant (eq. 4)                                                   */\n",
+    "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
+    "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
+    "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
+    "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
-    "    float contract_distance; /* remove when |phi(p)| exceeds it: (1 + eps) d_max                                */\n",
-    "    float min_angle, max_angle; /* degrees; triangles outside are bad                                           */\n",
-    "    float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */\n",
-    "    int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */\n",
-    "    float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */\n",
-    "    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */\n",
+    "    float contract_distance; /* (1 + eps) d_max: a springl is removed where |phi(p)| exceeds it                    */\n",
+    "    float min_angle, max_angle; /* degrees: a triangle with an angle outside is bad                                */\n",
+    "    float min_area;          /* voxel^2: a smaller triangle is bad; 0: no limit, as in the paper                   */\n",
+    "    int reshape;             /* 1: a bad triangle becomes equilateral about its particle; 0: it is removed         */\n",
+    "    float merge_distance;    /* of two particles of one side that are nearer, the younger is removed; 0: never     */\n",
+    "    int keep_thin;           /* 1: springls of a sheet too thin for phi stay; 0: they are removed, as in the paper */\n",
     "\n",
     "    /* resample: section 4.6 */\n",
-    "    int resample_period;     /* M of Algorithm 2                                                                */\n",
-    "    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */\n",
-    "    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */\n",
-    "    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */\n",
-    "    springls_placement placement; /* of split and filled springls                                               */\n",
+    "    int resample_period;     /* M of Algorithm 2: steps from one resampling to the next                            */\n",
+    "    int resample_last;       /* 1: contract and resample after the level set has followed; 0: before (Algorithm 2) */\n",
+    "    float split_edge;        /* a triangle is split when its longest edge is longer (section 4.6)                  */\n",
+    "    float split_area;        /* voxel^2: or when its area is larger (Table 2)                                      */\n",
+    "    springls_placement placement; /* of split and filled springls                                                  */\n",
     "\n",
     "    /* level set: sections 4.4, 4.5 */\n",
-    "    float band_half_width;   /* phi is a distance within it, clamped a voxel beyond                             */\n",
-    "    float capture;           /* omega is clamped here (eq. 21; the paper: d_max)                                */\n",
-    "    int evolve_iterations;   /* Evolve and Rebuild pairs a step (Algorithm 2: 4)                                */\n",
-    "    float evolve_step;       /* delta t of eq. 23                                                               */\n",
-    "    float evolve_width;      /* half-width of the compact delta of eq. 23                                       */\n",
-    "    float curvature;         /* lambda of eq. 22                                                                */\n",
-    "    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */\n",
-    "    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */\n",
-    "    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is\n",
-    "                                projected; 0: phi alone says so                                                 */\n",
-    "    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */\n",
-    "    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */\n",
+    "    float band_half_width;   /* phi is a distance within it, and clamped one voxel beyond                          */\n",
+    "    float capture_range;     /* the unsigned distance omega is clamped here (eq. 21; the paper: d_max)             */\n",
+    "    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */\n",
+    "    float evolve_step;       /* delta t of eq. 23                                                                  */\n",
+    "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
+    "    float curvature;         /* lambda of eq. 22: positive smooths                                                 */\n",
+    "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
+    "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
+    "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
+    "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
+    "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
     "    springls_topology topology;\n",
     "\n",
     "    /* track: section 4.7 */\n",
-    "    float nearest_rule;      /* take the nearest correspondence when it is further than this from the average   */\n",
-    "    int track_iterations;    /* projections on the original surface (eq. 26)                                    */\n",
-    "    float track_step;        /* lambda of eq. 26                                                                */\n",
+    "    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are\n",
+    "                                further apart than this                                                            */\n",
+    "    int track_iterations;    /* steps of eq. 26 towards the original surface                                       */\n",
+    "    float track_step;        /* lambda of eq. 26                                                                   */\n",
     "\n",
     "    /* advect: section 4.2 */\n",
-    "    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the\n",
-    "                                springl as a whole; 0: all with the particle's (eq. 2)                           */\n",
-    "    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */\n",
+    "    int vertex_velocity;     /* 1: every vertex moves with the velocity at its own place, while pressure and curvature\n",
+    "                                move the springl as a whole; 0: all move with the particle's (eq. 2)               */\n",
+    "    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does                 */\n",
     "\n",
     "    /* after a step */\n",
-    "    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */\n",
+    "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
     "\n",
-    "    /* initial springls from a level set or shape */\n",
-    "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
-    "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
+    "    /* initial springls of a level set or shape */\n",
+    "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
+    "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1252 \"springls.h\"\n",
+    "#line 1476 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -14707,6 +15112,7 @@ static const char *const springls__kernel_lines[] = {
     "  typedef uint uint32_t;\n",
     "  #define springls__sqrt(x)   sqrt(x)\n",
     "  #define springls__fabs(x)   fabs(x)\n",
+    "  #define springls__float_of_bits(bits) as_float(bits)\n",
     "#else\n",
     "  #include <float.h>\n",
     "  #include <math.h>\n",
@@ -14715,6 +15121,7 @@ static const char *const springls__kernel_lines[] = {
     "  #if !defined(__cplusplus)\n",
     "    #include <stdbool.h>\n",
     "  #endif\n",
+    "  #include <string.h>\n",
     "  #if defined(__clang__)\n",
     "    #pragma STDC FP_CONTRACT OFF\n",
     "  #endif\n",
@@ -14738,6 +15145,12 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__CONST static const\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
+    "  SPRINGLS__MATHS float springls__float_of_bits(int32_t bits)\n",
+    "  {\n",
+    "      float x;\n",
+    "      memcpy(&x, &bits, sizeof x);\n",
+    "      return x;\n",
+    "  }\n",
     "#endif\n",
     "\n",
     "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
@@ -14746,142 +15159,180 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1318 \"springls.h\"\n",
-    "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
-    "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
+    "#line 1550 \"springls.h\"\n",
+    "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
+    "/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */\n",
+    "#define springls__broadcast(x) (x)\n",
+    "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
+    "#define springls__any(where) (where)\n",
+    "#define springls__load(from) (*(from))\n",
+    "#define springls__store(to, x) (void)(*(to) = (x))\n",
+    "#define springls__to_int(x) ((int)(x))\n",
+    "#define springls__of_bits(bits) springls__float_of_bits(bits)\n",
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
-    "SPRINGLS__MATHS float springls__clamp(float x, float lo, float hi) { return springls__min(springls__max(x, lo), hi); }\n",
-    "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
-    "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
-    "SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__v3_make(float x, float y, float z)\n",
+    "#line 1567 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 1584 \"springls.h\"\n",
+    "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
+    "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)\n",
     "{\n",
-    "    springls__v3 v;\n",
-    "    v.x = x; v.y = y; v.z = z;\n",
+    "    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 v;\n",
+    "    v.x = x;\n",
+    "    v.y = y;\n",
+    "    v.z = z;\n",
     "    return v;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__add(springls__v3 a, springls__v3 b)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)\n",
     "{\n",
-    "    return springls__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__sub(springls__v3 a, springls__v3 b)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)\n",
     "{\n",
-    "    return springls__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__scale(springls__v3 a, float s)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
     "{\n",
-    "    return springls__v3_make(a.x * s, a.y * s, a.z * s);\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
     "/* a + s b */\n",
-    "SPRINGLS__MATHS springls__v3 springls__mad(springls__v3 a, springls__v3 b, float s)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
-    "    return springls__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
     "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }\n",
+    "\n",
+    "/* Returns the unit vector along a; the zero vector stays zero. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);\n",
+    "    const SPRINGLS__COND nonzero = l2 > 1e-30f;\n",
+    "    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),\n",
+    "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
+    "}\n",
+    "\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
+    "   bits. Beyond, x is clamped. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
+    "    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);\n",
+    "    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f\n",
+    "                              + x2 * 2.18694885e-2f))));\n",
+    "    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));\n",
+    "}\n",
+    "\n",
+    "/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;\n",
+    "    SPRINGLS__COND more;\n",
+    "    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 0.5f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k + 1.0f, k);\n",
+    "    }\n",
+    "    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 2.0f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k - 1.0f, k);\n",
+    "    }\n",
+    "    s = (x - 1.0f) / (x + 1.0f);\n",
+    "    s2 = s * s;\n",
+    "    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));\n",
+    "}\n",
+    "\n",
+    "/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);\n",
+    "    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));\n",
+    "}\n",
+    "\n",
+    "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
+    "#line 1708 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
+    "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
+    "SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, float t)\n",
     "{\n",
     "    return springls__mad(a, springls__sub(b, a), t);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS float springls__dot(springls__v3 a, springls__v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cross(springls__v3 a, springls__v3 b)\n",
-    "{\n",
-    "    return springls__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__length2(springls__v3 a) { return springls__dot(a, a); }\n",
-    "SPRINGLS__MATHS float springls__length(springls__v3 a) { return springls__sqrt(springls__dot(a, a)); }\n",
-    "\n",
-    "/* The unit vector along a; the zero vector stays zero. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)\n",
-    "{\n",
-    "    float l2 = springls__length2(a);\n",
-    "    return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* A unit vector perpendicular to n. */\n",
+    "/* Returns a unit vector perpendicular to n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)\n",
     "{\n",
     "    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
     "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
-    "/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k\n",
-    "   by repeated squaring, which is exact. */\n",
-    "SPRINGLS__MATHS float springls__exp(float x)\n",
-    "{\n",
-    "    float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);\n",
-    "    float r = (springls__clamp(x, -80.0f, 80.0f) - k * 0.693359375f) + k * 2.12194440e-4f;\n",
-    "    float e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
-    "                   + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
-    "    int n = (int)k;\n",
-    "    float two = n < 0 ? 0.5f : 2.0f;\n",
-    "    int i;\n",
-    "    for (i = n < 0 ? -n : n; i > 0; i >>= 1) {\n",
-    "        if (i & 1) e *= two;\n",
-    "        two *= two;\n",
-    "    }\n",
-    "    return e;\n",
-    "}\n",
-    "\n",
-    "/* tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */\n",
-    "SPRINGLS__MATHS float springls__tanh(float x)\n",
-    "{\n",
-    "    float a = springls__fabs(x);\n",
-    "    float t;\n",
-    "    if (a < 0.25f) {\n",
-    "        float x2 = x * x;\n",
-    "        return x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
-    "    }\n",
-    "    if (a > 9.0f) return x < 0.0f ? -1.0f : 1.0f;\n",
-    "    t = springls__exp(-2.0f * a);\n",
-    "    t = (1.0f - t) / (1.0f + t);\n",
-    "    return x < 0.0f ? -t : t;\n",
-    "}\n",
-    "\n",
-    "/* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */\n",
-    "SPRINGLS__MATHS float springls__ln(float x)\n",
-    "{\n",
-    "    float k = 0.0f, s, s2;\n",
-    "    while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }\n",
-    "    while (x < 0.66666667f) { x *= 2.0f; k -= 1.0f; }\n",
-    "    s = (x - 1.0f) / (x + 1.0f);\n",
-    "    s2 = s * s;\n",
-    "    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));\n",
-    "}\n",
-    "\n",
-    "/* atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */\n",
-    "SPRINGLS__MATHS float springls__atanh(float x)\n",
-    "{\n",
-    "    float c = springls__clamp(x, -0.999f, 0.999f);\n",
-    "    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));\n",
-    "}\n",
-    "\n",
-    "/* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
-    "SPRINGLS__MATHS float springls__sinpi(float x)\n",
-    "{\n",
-    "    float k = springls__floor(x + 0.5f);\n",
-    "    float r = x - k;\n",
-    "    float r2 = r * r;\n",
-    "    float s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
-    "                 + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    float half_k = k * 0.5f;\n",
-    "    return half_k == springls__floor(half_k) ? s : -s;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__cospi(float x) { return springls__sinpi(x + 0.5f); }\n",
-    "\n",
-    "/* Trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
+    "/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
     "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
@@ -14889,25 +15340,432 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1462 \"springls.h\"\n",
+    "#line 1735 \"springls.h\"\n",
+    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
+    "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
+    "   the same order: the bits are the same for every width. */\n",
+    "\n",
+    "#if defined(__OPENCL_VERSION__)\n",
+    "\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS\n",
+    "typedef float8 springls__vec;\n",
+    "typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */\n",
+    "#define springls__vec_load(from) vload8(0, from)\n",
+    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
+    "#define springls__vec_broadcast(x) ((float8)(x))\n",
+    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
+    "#define springls__vec_fabs(x) fabs(x)\n",
+    "#define springls__vec_sqrt(x) sqrt(x)\n",
+    "#define springls__vec_of_int(k) convert_float8(k)\n",
+    "#define springls__vec_to_int(x) convert_int8(x)\n",
+    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vec_not(where) (~(where))\n",
+    "#define springls__vec_any(where) any(where)\n",
+    "SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
+    "SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
+    "\n",
+    "#elif !defined(__GNUC__) || defined(SPRINGLS_NO_SIMD)\n",
+    "\n",
+    "#define SPRINGLS__LANES 1\n",
+    "#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS\n",
+    "typedef float springls__vec;\n",
+    "typedef int springls__vmask; /* of a comparison: not 0, or 0 */\n",
+    "#define springls__vec_load(from) springls__load(from)\n",
+    "#define springls__vec_store(to, v) springls__store(to, v)\n",
+    "#define springls__vec_broadcast(x) springls__broadcast(x)\n",
+    "#define springls__vec_select(where, yes, no) springls__select(where, yes, no)\n",
+    "#define springls__vec_fabs(x) springls__fabs(x)\n",
+    "#define springls__vec_sqrt(x) springls__sqrt(x)\n",
+    "#define springls__vec_floor(x) springls__floor(x)\n",
+    "#define springls__vec_to_int(x) springls__to_int(x)\n",
+    "#define springls__vec_of_bits(bits) springls__of_bits(bits)\n",
+    "#define springls__vec_not(where) (!(where))\n",
+    "#define springls__vec_any(where) ((where) != 0)\n",
+    "#define springls__vec_min(a, b) springls__min(a, b)\n",
+    "#define springls__vec_max(a, b) springls__max(a, b)\n",
+    "\n",
+    "#else\n",
+    "\n",
+    "#if defined(__AVX2__)\n",
+    "#include <immintrin.h>\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
+    "typedef __m256 springls__simd;\n",
+    "#else\n",
+    "#define SPRINGLS__LANES 4\n",
+    "#if defined(__SSE2__)\n",
+    "#include <emmintrin.h>\n",
+    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
+    "typedef __m128 springls__simd;\n",
+    "#endif\n",
+    "#endif\n",
+    "\n",
+    "#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline\n",
+    "\n",
+    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
+    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */\n",
+    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
+    "\n",
+    "#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)\n",
+    "#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)\n",
+    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#define springls__vec_not(where) (~(where))\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
+    "{\n",
+    "    springls__vec v = { 0 };\n",
+    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
+    "{\n",
+    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
+    "}\n",
+    "\n",
+    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a < b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a > b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_fabs(springls__vec x)\n",
+    "{\n",
+    "    springls__vmask sign = (springls__vmask)springls__vec_broadcast(-0.0f);\n",
+    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_sqrt(springls__vec x)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
+    "#else\n",
+    "    springls__vec r = x;\n",
+    "    int i;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
+    "    return r;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
+    "#else\n",
+    "    int i, any = 0;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
+    "    return any != 0;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "\n",
+    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
+    "\n",
+    "#if SPRINGLS__LANES > 1\n",
+    "/* Returns x rounded down, for |x| < 2^31. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)\n",
+    "{\n",
+    "    springls__vec t = springls__vec_of_int(springls__vec_to_int(x));\n",
+    "    return t - springls__vec_select(t > x, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f));\n",
+    "}\n",
+    "#endif\n",
+    "\n",
+    "#line 1883 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 1900 \"springls.h\"\n",
+    "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
+    "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)\n",
+    "{\n",
+    "    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 v;\n",
+    "    v.x = x;\n",
+    "    v.y = y;\n",
+    "    v.z = z;\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
+    "}\n",
+    "\n",
+    "/* a + s b */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }\n",
+    "\n",
+    "/* Returns the unit vector along a; the zero vector stays zero. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);\n",
+    "    const SPRINGLS__COND nonzero = l2 > 1e-30f;\n",
+    "    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),\n",
+    "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
+    "}\n",
+    "\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
+    "   bits. Beyond, x is clamped. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
+    "    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);\n",
+    "    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f\n",
+    "                              + x2 * 2.18694885e-2f))));\n",
+    "    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));\n",
+    "}\n",
+    "\n",
+    "/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;\n",
+    "    SPRINGLS__COND more;\n",
+    "    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 0.5f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k + 1.0f, k);\n",
+    "    }\n",
+    "    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 2.0f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k - 1.0f, k);\n",
+    "    }\n",
+    "    s = (x - 1.0f) / (x + 1.0f);\n",
+    "    s2 = s * s;\n",
+    "    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));\n",
+    "}\n",
+    "\n",
+    "/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);\n",
+    "    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));\n",
+    "}\n",
+    "\n",
+    "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
+    "#line 2024 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "\n",
+    "/* Returns first, first + 1, ...: places along a row of eight. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
+    "#line 2031 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
     "\n",
+    "/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */\n",
+    "typedef struct springls__tri_plan {\n",
+    "    springls__tri t;\n",
+    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
+    "    float inverse_edge2[3], inverse_n2;\n",
+    "} springls__tri_plan;\n",
+    "\n",
+    "#line 2044 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 2061 \"springls.h\"\n",
+    "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
+    "\n",
+    "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));\n",
+    "    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is\n",
+    "   1 / |ab|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,\n",
+    "                                                               SPRINGLS__NUM inverse)\n",
+    "{\n",
+    "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to that segment. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
+    "    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));\n",
+    "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
+    "   edge. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
+    "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
+    "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
+    "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
+    "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
+    "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
+    "    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);\n",
+    "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
+    "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
+    "}\n",
+    "#line 2107 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 2124 \"springls.h\"\n",
+    "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
+    "\n",
+    "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));\n",
+    "    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is\n",
+    "   1 / |ab|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,\n",
+    "                                                               SPRINGLS__NUM inverse)\n",
+    "{\n",
+    "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to that segment. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
+    "    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));\n",
+    "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
+    "   edge. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
+    "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
+    "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
+    "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
+    "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
+    "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
+    "    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);\n",
+    "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
+    "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
+    "}\n",
+    "#line 2168 \"springls.h\"\n",
+    "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
-    "\n",
-    "/* Parameter in [0,1] of the point of segment a-b closest to x; inv is 1/|b-a|^2, or 0 for a segment of no length. */\n",
-    "SPRINGLS__MATHS float springls__segment_parameter(springls__v3 x, springls__v3 a, springls__v3 b, float inv)\n",
-    "{\n",
-    "    return springls__clamp(springls__dot(springls__sub(x, a), springls__sub(b, a)) * inv, 0.0f, 1.0f);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__inverse_length2(springls__v3 a, springls__v3 b)\n",
-    "{\n",
-    "    float l2 = springls__length2(springls__sub(b, a));\n",
-    "    return l2 > 1e-20f ? 1.0f / l2 : 0.0f;\n",
-    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
@@ -14919,7 +15777,7 @@ static const char *const springls__kernel_lines[] = {
     "    return h;\n",
     "}\n",
     "\n",
-    "/* Closest point of triangle t to x, by Voronoi regions. A triangle of no area answers with its closest edge point. */\n",
+    "/* Returns the closest point of triangle t to x, by Voronoi regions; of a triangle without area the closest point of an edge. */\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springls__v3 x)\n",
     "{\n",
     "    springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a);\n",
@@ -14933,18 +15791,18 @@ static const char *const springls__kernel_lines[] = {
     "        float u = 1.0f - v - w;\n",
     "        if (u >= 0.0f && v >= 0.0f && w >= 0.0f) return springls__tri_hit_make(t, x, u, v, w);\n",
     "    }\n",
-    "    s = springls__segment_parameter(x, t.a, t.b, springls__inverse_length2(t.a, t.b));\n",
+    "    s = springls__segment_parameter(x, t.a, springls__sub(t.b, t.a), springls__inverse_length2(t.a, t.b));\n",
     "    best = springls__tri_hit_make(t, x, 1.0f - s, s, 0.0f);\n",
-    "    s = springls__segment_parameter(x, t.b, t.c, springls__inverse_length2(t.b, t.c));\n",
+    "    s = springls__segment_parameter(x, t.b, springls__sub(t.c, t.b), springls__inverse_length2(t.b, t.c));\n",
     "    h = springls__tri_hit_make(t, x, 0.0f, 1.0f - s, s);\n",
     "    if (h.d2 < best.d2) best = h;\n",
-    "    s = springls__segment_parameter(x, t.c, t.a, springls__inverse_length2(t.c, t.a));\n",
+    "    s = springls__segment_parameter(x, t.c, springls__sub(t.a, t.c), springls__inverse_length2(t.c, t.a));\n",
     "    h = springls__tri_hit_make(t, x, s, 0.0f, 1.0f - s);\n",
     "    if (h.d2 < best.d2) best = h;\n",
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */\n",
+    "/* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */\n",
     "SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)\n",
     "{\n",
     "    return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));\n",
@@ -14957,13 +15815,6 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
     "\n",
-    "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
-    "typedef struct springls__tri_plan {\n",
-    "    springls__tri t;\n",
-    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
-    "    float inverse_edge2[3], inverse_n2;\n",
-    "} springls__tri_plan;\n",
-    "\n",
     "SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)\n",
     "{\n",
     "    springls__tri_plan plan;\n",
@@ -14971,7 +15822,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.t = t;\n",
     "    plan.n = springls__tri_area2(t);\n",
     "    n2 = springls__length2(plan.n);\n",
-    "    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */\n",
+    "    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: only the edges count */\n",
     "    plan.edge[0] = springls__sub(t.b, t.a);\n",
     "    plan.edge[1] = springls__sub(t.c, t.b);\n",
     "    plan.edge[2] = springls__sub(t.a, t.c);\n",
@@ -14983,40 +15834,156 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "\n",
-    "/* Squared distance from x to the segment that starts at a, of vector e. */\n",
-    "SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)\n",
-    "{\n",
-    "    springls__v3 d = springls__sub(x, a);\n",
-    "    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);\n",
-    "    return springls__length2(springls__mad(d, e, -s));\n",
-    "}\n",
-    "\n",
-    "/* Squared distance from x to the triangle, without a branch. */\n",
-    "SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);\n",
-    "    float height = springls__dot(plan.n, da);\n",
-    "    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),\n",
-    "                                springls__dot(plan.side[2], dc));\n",
-    "    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);\n",
-    "    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);\n",
-    "    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);\n",
-    "    float edges = springls__min(springls__min(e0, e1), e2);\n",
-    "    float face = height * height * plan.inverse_n2;\n",
-    "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
-    "    return use_face > 0.0f ? face : edges;\n",
-    "}\n",
-    "#line 1581 \"springls.h\"\n",
-    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "#line 2241 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 2257 \"springls.h\"\n",
+    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
-    "typedef struct springls__springl {\n",
-    "    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */\n",
-    "    springls__v3 p;         /* particle                                                                         */\n",
-    "    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */\n",
-    "    float bounding_radius; /* max |q[m] - p|                                                                   */\n",
-    "} springls__springl;\n",
+    "typedef struct SPRINGLS__W(springl) {\n",
+    "    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */\n",
+    "    SPRINGLS__NUM3 p;                /* particle                                               */\n",
+    "    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */\n",
+    "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
+    "} SPRINGLS__W(springl);\n",
+    "\n",
+    "/* Sets what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
+    "        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));\n",
+    "    }\n",
+    "    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
+    "{\n",
+    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    int lane, k, m;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
+    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "    }\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Writes them, with what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    int lane, k, m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
+    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
+    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
+    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
+    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
+    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    }\n",
+    "}\n",
+    "#line 2317 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 2333 \"springls.h\"\n",
+    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "\n",
+    "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
+    "typedef struct SPRINGLS__W(springl) {\n",
+    "    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */\n",
+    "    SPRINGLS__NUM3 p;                /* particle                                               */\n",
+    "    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */\n",
+    "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
+    "} SPRINGLS__W(springl);\n",
+    "\n",
+    "/* Sets what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
+    "        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));\n",
+    "    }\n",
+    "    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
+    "{\n",
+    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    int lane, k, m;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
+    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "    }\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Writes them, with what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    int lane, k, m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
+    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
+    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
+    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
+    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
+    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    }\n",
+    "}\n",
+    "#line 2393 \"springls.h\"\n",
+    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
     "typedef struct springls__constellation {\n",
@@ -15060,7 +16027,7 @@ static const char *const springls__kernel_lines[] = {
     "    int active_count, free_count, slot_count;\n",
     "    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */\n",
     "    SPRINGLS__GLOBAL float *phi_next;\n",
-    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */\n",
+    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */\n",
     "    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */\n",
     "    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */\n",
     "} springls__grid;\n",
@@ -15155,19 +16122,6 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* The numbers that one run of a kernel is given besides. */\n",
     "typedef struct springls__job { int i[4]; float f[4]; } springls__job;\n",
-    "\n",
-    "/* With what follows from q and p. */\n",
-    "SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)\n",
-    "{\n",
-    "    float reach2 = 0.0f;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
-    "        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));\n",
-    "    }\n",
-    "    s.bounding_radius = springls__sqrt(reach2);\n",
-    "    return s;\n",
-    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
@@ -15271,7 +16225,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 1846 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15412,31 +16366,47 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
-    "/* One voxel and its six neighbours. */\n",
-    "typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;\n",
+    "/* Voxels of a row and their six neighbours, one voxel a lane. */\n",
+    "typedef struct springls__cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__cross7;\n",
     "\n",
-    "/* The smallest and the largest of the six neighbours. */\n",
-    "SPRINGLS__MATHS float springls__least(springls__cross7 v)\n",
-    "{\n",
-    "    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__most(springls__cross7 v)\n",
-    "{\n",
-    "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)\n",
+    "/* Reads voxels t[0], t[1], ... of a tile. */\n",
+    "SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__cross7 v;\n",
-    "    v.c = t[0];\n",
-    "    v.xm = t[-1];\n",
-    "    v.xp = t[1];\n",
-    "    v.ym = t[-SPRINGLS__TILE];\n",
-    "    v.yp = t[SPRINGLS__TILE];\n",
-    "    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];\n",
-    "    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];\n",
+    "    v.c = springls__vec_load(t);\n",
+    "    v.xm = springls__vec_load(t - 1);\n",
+    "    v.xp = springls__vec_load(t + 1);\n",
+    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
+    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
+    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
     "    return v;\n",
+    "}\n",
+    "\n",
+    "/* Return the smallest and the largest of the six neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
+    "                             springls__vec_min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
+    "                             springls__vec_max(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
+    "{\n",
+    "    springls__vmask inside = c < 0.0f;\n",
+    "    return (inside & (hi >= 0.0f)) | (springls__vec_not(inside) & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns where a voxel and one of its six neighbours lie on different sides. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
     "}\n",
     "\n",
     "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
@@ -15519,18 +16489,62 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2095 \"springls.h\"\n",
-    "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
+    "#line 2902 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 2918 \"springls.h\"\n",
+    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
-    "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
-    "SPRINGLS__MATHS springls__v3 springls__deformation_velocity(springls__v3 voxel, float n, float period, float time)\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)\n",
     "{\n",
-    "    springls__v3 x = springls__scale(voxel, 1.0f / n);\n",
-    "    float sx = springls__sinpi(x.x), sy = springls__sinpi(x.y), sz = springls__sinpi(x.z);\n",
-    "    float s2x = springls__sinpi(2.0f * x.x), s2y = springls__sinpi(2.0f * x.y), s2z = springls__sinpi(2.0f * x.z);\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    float s = n * springls__cospi(time / period);\n",
-    "    return springls__v3_make(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
+    "#line 2931 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 2947 \"springls.h\"\n",
+    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
+    "\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    float s = n * springls__cospi(time / period);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
+    "}\n",
+    "#line 2960 \"springls.h\"\n",
+    "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -15727,7 +16741,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2627 \"springls.h\"\n",
+    "#line 3482 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
@@ -15749,9 +16763,22 @@ static const char *const springls__kernel_lines[] = {
     "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
     "}\n",
     "\n",
-    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row);\n",
+    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
+    "   and radius, comes closer than row[i]. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + radius;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d = springls__vec_sub(at, springls__vec_broadcast3(center));\n",
+    "        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
@@ -15760,12 +16787,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "\n",
-    "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
+    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
     "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture;\n",
+    "    const float capture = model->params.capture_range;\n",
     "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
     "    int origin[3], v, y, z;\n",
@@ -15807,7 +16834,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2708 \"springls.h\"\n",
+    "#line 3576 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15917,7 +16944,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2819 \"springls.h\"\n",
+    "#line 3687 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15935,9 +16962,27 @@ static const char *const springls__kernel_lines[] = {
     "    return length < room ? length + 1 : room;\n",
     "}\n",
     "\n",
-    "/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance\n",
-    "   squared; else -1. */\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);\n",
+    "/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)\n",
+    "   and its squared distance. */\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,\n",
+    "                                             float radius2, float d2[8], float edge[8])\n",
+    "{\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    int e, m;\n",
+    "    for (m = 0; m < 3; m += SPRINGLS__LANES) {\n",
+    "        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);\n",
+    "        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);\n",
+    "        for (e = 0; e < 3; e++) {\n",
+    "            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
+    "            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);\n",
+    "            springls__vmask nearer = d < best;\n",
+    "            best = springls__vec_select(nearer, d, best);\n",
+    "            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);\n",
+    "        }\n",
+    "        springls__vec_store(d2 + m, best);\n",
+    "        springls__vec_store(edge + m, found);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
@@ -15947,8 +16992,8 @@ static const char *const springls__kernel_lines[] = {
     "    const int room = model->params.max_neighbors;\n",
     "    springls__v3 lower, upper, normal = springls__springl_normal(*self);\n",
     "    springls__cell_walk walk;\n",
-    "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];\n",
-    "    int length[3] = { 0, 0, 0 }, edge[3], other, m;\n",
+    "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];\n",
+    "    int length[3] = { 0, 0, 0 }, other, m;\n",
     "    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;\n",
     "    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));\n",
     "    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));\n",
@@ -15968,9 +17013,9 @@ static const char *const springls__kernel_lines[] = {
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
-    "            if (edge[m] >= 0)\n",
+    "            if (edge[m] >= 0.0f)\n",
     "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
-    "                                                     d2[m], 3 * other + edge[m]);\n",
+    "                                                     d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -15979,12 +17024,8 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2882 \"springls.h\"\n",
-    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "#line 3768 \"springls.h\"\n",
+    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
     "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
@@ -15993,90 +17034,6 @@ static const char *const springls__kernel_lines[] = {
     "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
     "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
     "} springls__relax_rule;\n",
-    "\n",
-    "/* Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__MATHS float springls__hermite(float x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    float h = b - a, t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* W_c and W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__MATHS float springls__weight_spline(float x, float peak, float radius)\n",
-    "{\n",
-    "    if (x <= 0.0f) return x;\n",
-    "    if (x >= radius) return 0.0f;\n",
-    "    return x < peak ? springls__hermite(x, 0.0f, peak, 0.0f, 1.0f, peak) : springls__hermite(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__MATHS float springls__weight(int which, float x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return springls__atanh(x);\n",
-    "    return springls__weight_spline(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__MATHS float springls__threshold(int which, float x) { return which == 0 ? x : springls__tanh(x); }\n",
-    "\n",
-    "/* alpha(|d|) d of eq. 12, towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__attraction(springls__relax_rule rule, springls__v3 d)\n",
-    "{\n",
-    "    float x = springls__length(d);\n",
-    "    float w = springls__weight(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return springls__scale(d, x > 1e-6f ? rule.kappa_ext * w / x : 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__thresholded(springls__relax_rule rule, springls__v3 c)\n",
-    "{\n",
-    "    float x = springls__length(c);\n",
-    "    return springls__scale(c, x > 1e-6f ? springls__threshold(rule.threshold, rule.sharpness * x) / x : 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* v turned by |w| radians about w (Rodrigues). */\n",
-    "SPRINGLS__MATHS springls__v3 springls__rotate(springls__v3 v, springls__v3 w)\n",
-    "{\n",
-    "    float angle = springls__length(w), s, c;\n",
-    "    springls__v3 axis;\n",
-    "    if (angle < 1e-7f) return v;\n",
-    "    axis = springls__scale(w, 1.0f / angle);\n",
-    "    s = springls__sinpi(angle * 0.318309886f);\n",
-    "    c = springls__cospi(angle * 0.318309886f);\n",
-    "    return springls__add(springls__add(springls__scale(v, c), springls__scale(springls__cross(axis, v), s)),\n",
-    "                         springls__scale(axis, springls__dot(axis, v) * (1.0f - c)));\n",
-    "}\n",
-    "\n",
-    "/* The triangle after one iteration of eq. 17 and 18, given the thresholded force at each vertex. */\n",
-    "SPRINGLS__MATHS springls__tri springls__relax_springl(springls__relax_rule rule, springls__tri t, springls__v3 p,\n",
-    "                                                      springls__v3 ga, springls__v3 gb, springls__v3 gc)\n",
-    "{\n",
-    "    springls__v3 g[3], spring[3], turn = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    float length[3];\n",
-    "    springls__tri out;\n",
-    "    int m;\n",
-    "    g[0] = ga; g[1] = gb; g[2] = gc;\n",
-    "    spring[0] = springls__sub(t.a, p);\n",
-    "    spring[1] = springls__sub(t.b, p);\n",
-    "    spring[2] = springls__sub(t.c, p);\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float arm;\n",
-    "        length[m] = springls__length(spring[m]);\n",
-    "        spring[m] = springls__normalize(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : 1.0f;                                                /* eq. 19 or eq. 20 */\n",
-    "        turn = springls__mad(turn, springls__cross(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = springls__scale(turn, rule.step_rotation);                                          /* eq. 18           */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float along = springls__dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17       */\n",
-    "        length[m] = springls__max(length[m] + rule.step_length * along, 0.25f * rule.rest);\n",
-    "        spring[m] = springls__mad(p, springls__rotate(spring[m], turn), length[m]);            /* eq. 3            */\n",
-    "    }\n",
-    "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
-    "    return out;\n",
-    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
     "{\n",
@@ -16095,42 +17052,396 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
+    "#line 3797 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 3814 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
-    "/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
     "{\n",
-    "    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];\n",
-    "        int e = codes[k] % 3;\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);\n",
-    "        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));\n",
-    "    }\n",
-    "    return springls__thresholded(rule, c);\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
     "}\n",
     "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
     "\n",
-    "/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == 0) return x;\n",
+    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v turned (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "}\n",
+    "#line 3984 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4001 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == 0) return x;\n",
+    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v turned (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "}\n",
+    "#line 4169 \"springls.h\"\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
-    "    springls__springl s = all[i];\n",
-    "    springls__tri t = springls__springl_tri(s);\n",
     "    (void)job;\n",
-    "    if (!model->set.mask[i]) {\n",
-    "        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),\n",
-    "                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),\n",
-    "                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));\n",
-    "        s = springls__springl_make(t, s.p);\n",
-    "    }\n",
-    "    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;\n",
+    "    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];\n",
+    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
-    "/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */\n",
+    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)\n",
+    "{\n",
+    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    int i;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
+    "        springls__vec_relax_springl(model, rule, begin);\n",
+    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
+    "            if (model->set.mask[i]) springls__relax_element(model, job, i);\n",
+    "    }\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, job, begin);\n",
+    "}\n",
+    "\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
     "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -16143,7 +17454,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3047 \"springls.h\"\n",
+    "#line 4206 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16169,7 +17480,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3074 \"springls.h\"\n",
+    "#line 4233 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16238,7 +17549,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 3144 \"springls.h\"\n",
+    "#line 4303 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16249,9 +17560,11 @@ static const char *const springls__kernel_lines[] = {
     "    int i, nearest = -1;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
     "        float d2, reach = radius + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
-    "        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
     "            nearest = i;\n",
@@ -16289,7 +17602,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 3196 \"springls.h\"\n",
+    "#line 4357 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16463,7 +17776,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3371 \"springls.h\"\n",
+    "#line 4532 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16585,11 +17898,14 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3494 \"springls.h\"\n",
+    "#line 4655 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
-    "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
+    "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
+    "\n",
+    "/* Cosine of the angle from which on two normals are those of different sheets. */\n",
+    "#define SPRINGLS__SAME_SHEET 0.4f\n",
     "\n",
     "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
     "   with it. edge: 1 at a crease. */\n",
@@ -16598,55 +17914,83 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */\n",
-    "SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }\n",
+    "#line 4672 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 4689 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
-    "/* Falls smoothly to 0 at the radius. */\n",
-    "SPRINGLS__MATHS float springls__project_weight(float d2)\n",
+    "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
     "{\n",
-    "    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);\n",
+    "    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));\n",
+    "    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));\n",
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
+    "#line 4702 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4719 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
-    "/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:\n",
-    "   then it is of another sheet. */\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,\n",
-    "                                                        springls__v3 facing)\n",
+    "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
     "{\n",
-    "    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));\n",
-    "    if (springls__dot(facing, s.n) <= 0.4f) return sum;\n",
-    "    sum.weight += w;\n",
-    "    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));\n",
-    "    sum.offset = springls__mad(sum.offset, offset, w);\n",
-    "    sum.normal = springls__mad(sum.normal, s.n, w);\n",
-    "    sum.moved = springls__mad(sum.moved, s.moved, w);\n",
-    "    return sum;\n",
+    "    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));\n",
+    "    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    t = t * t;\n",
+    "    return t * t;\n",
     "}\n",
+    "#line 4730 \"springls.h\"\n",
     "\n",
-    "/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */\n",
+    "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
     "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
-    "    springls__estimate say;\n",
-    "    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;\n",
-    "    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));\n",
-    "    return say;\n",
+    "    springls__estimate estimate;\n",
+    "    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;\n",
+    "    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));\n",
+    "    return estimate;\n",
     "}\n",
     "\n",
-    "/* Sums of less weight say nothing. */\n",
+    "/* Sums of less weight do not count. */\n",
     "#define SPRINGLS__MIN_WEIGHT 1e-3f\n",
     "\n",
-    "/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */\n",
+    "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
     "\n",
     "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
     "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
     "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
-    "   side of the voxel, the less they know of the surface's bend in between. */\n",
+    "   side of the voxel, the less certain is the bend of the surface in between. */\n",
     "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
@@ -16658,8 +18002,8 @@ static const char *const springls__kernel_lines[] = {
     "    return f;\n",
     "}\n",
     "\n",
-    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are\n",
-    "   closer than phi says: it may have lost a sheet here. */\n",
+    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
+    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
     "SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)\n",
     "{\n",
     "    float change = springls__fabs(f.distance - phi);\n",
@@ -16668,64 +18012,60 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
-    "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
+    "/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */\n",
     "SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)\n",
     "{\n",
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
-    "   its old value in it. */\n",
+    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus\n",
+    "   twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
-    "\n",
-    "/* The old value again, where nobody could help. */\n",
-    "SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
-    "    if (!springls__is_side_unknown(phi, far_value)) return phi;\n",
-    "    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;\n",
+    "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
     "}\n",
     "\n",
-    "/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */\n",
-    "SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }\n",
-    "\n",
-    "/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so\n",
-    "   much. Where they say no more than `enough` the voxel stays in doubt. */\n",
-    "SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)\n",
+    "/* Returns the old value where the side is unknown, else phi. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)\n",
     "{\n",
-    "    float sum, nearest;\n",
-    "    if (!springls__is_side_unknown(v.c, far_value)) return v.c;\n",
-    "    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)\n",
-    "        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);\n",
-    "    if (springls__fabs(sum) <= enough) return v.c;\n",
-    "    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
-    "                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
-    "                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));\n",
-    "    nearest = springls__min(nearest + 1.0f, far_value);\n",
-    "    return sum < 0.0f ? -nearest : nearest;\n",
+    "    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);\n",
+    "    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);\n",
     "}\n",
     "\n",
-    "/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and\n",
+    "/* Returns phi where the side is known, else 0. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)\n",
+    "{\n",
+    "    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);\n",
+    "}\n",
+    "\n",
+    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from\n",
+    "   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)\n",
+    "{\n",
+    "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
+    "                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)\n",
+    "                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);\n",
+    "    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
+    "    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
+    "    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
+    "    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));\n",
+    "    d = springls__vec_select(sum < 0.0f, -d, d);\n",
+    "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and\n",
     "   not far aside. */\n",
     "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "\n",
-    "/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it\n",
-    "   becomes there, else itself. */\n",
-    "SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)\n",
-    "{\n",
-    "    float lo = springls__least(v), hi = springls__most(v);\n",
-    "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
-    "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
-    "}\n",
-    "#line 3635 \"springls.h\"\n",
+    "#line 4830 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17135,7 +18475,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4046 \"springls.h\"\n",
+    "#line 5241 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17159,9 +18499,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)\n",
     "{\n",
     "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));\n",
-    "    float d2 = springls__tri_distance2(plan, s.p);\n",
+    "    float d2 = springls__tri_distance2(&plan, s.p);\n",
     "    int m;\n",
-    "    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));\n",
+    "    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));\n",
     "    return d2;\n",
     "}\n",
     "\n",
@@ -17233,7 +18573,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4145 \"springls.h\"\n",
+    "#line 5340 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17339,7 +18679,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 4252 \"springls.h\"\n",
+    "#line 5447 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17482,24 +18822,39 @@ static const char *const springls__kernel_lines[] = {
     "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
-    "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
-    "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
-    "SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
+    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
-    "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
-    "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
+    "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
+    "    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));\n",
+    "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
-    "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,\n",
-    "                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);\n",
+    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
+    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
+    "        counts = (nearest < capture) & (d2 < within * within);\n",
+    "        if (!springls__vec_any(counts)) continue;\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture;\n",
+    "    const float capture = model->params.capture_range;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int y, z, row, v, o[3];\n",
@@ -17529,7 +18884,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
     "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
     "{\n",
-    "    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;\n",
+    "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
@@ -17545,7 +18900,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4459 \"springls.h\"\n",
+    "#line 5669 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17563,22 +18918,38 @@ static const char *const springls__kernel_lines[] = {
     "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
     "}\n",
     "\n",
-    "/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
-    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
-    "   smooth at the surface where omega has a kink. */\n",
-    "SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "/* Returns f times the upwind difference of phi along one axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
-    "    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
-    "    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
-    "    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
-    "    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)\n",
-    "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
-    "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
     "}\n",
     "\n",
-    "/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,\n",
-    "                                          SPRINGLS__GLOBAL float *out);\n",
+    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
+    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
+    "   smooth at the surface where omega has a kink. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "{\n",
+    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
+    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
+    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
+    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
+    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
+    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "}\n",
+    "\n",
+    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
+    "        if (springls__vec_any(inside))\n",
+    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
@@ -17602,7 +18973,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4517 \"springls.h\"\n",
+    "#line 5743 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17697,82 +19068,107 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4613 \"springls.h\"\n",
+    "#line 5839 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
-    "\n",
-    "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
-    "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
-    "{\n",
-    "    float lo = springls__least(v), hi = springls__most(v);\n",
-    "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
-    "}\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
     "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
-    "SPRINGLS__MATHS float springls__slope2(float m, float c, float p)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
-    "    float central = 0.5f * (p - m), left = c - m, right = p - c;\n",
-    "    float steep = springls__max(springls__fabs(left), springls__fabs(right));\n",
-    "    float flat = springls__fabs(central);\n",
-    "    float slope = flat < 0.65f * steep ? steep : flat;\n",
+    "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
+    "    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));\n",
+    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
     "    return slope * slope;\n",
     "}\n",
     "\n",
     "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
     "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
-    "SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
     "{\n",
-    "    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
-    "    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;\n",
-    "    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
+    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;\n",
+    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
     "    return v.c / (1.0f + share * excess);\n",
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26\n",
-    "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
+    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
-    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)\n",
+    "/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)\n",
     "{\n",
-    "    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;\n",
+    "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++) {\n",
+    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        lo = springls__vec_min(lo, v);\n",
+    "        hi = springls__vec_max(hi, v);\n",
+    "    }\n",
+    "    return springls__crosses(c, lo, hi);\n",
     "}\n",
     "\n",
-    "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
-    "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
+    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
     "{\n",
-    "    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);\n",
-    "    return phi < 0.0f ? -d : d;\n",
+    "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
+    "    return springls__vec_select(c < 0.0f, -d, d);\n",
     "}\n",
     "\n",
-    "/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
-    "SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)\n",
+    "/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a\n",
+    "   tile. */\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
-    "    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));\n",
-    "    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));\n",
-    "    float one = a + 1.0f;\n",
-    "    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));\n",
-    "    float sum = a + b + c;\n",
-    "    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);\n",
-    "    float d = one > b ? two : one;\n",
-    "    return d > c ? three : d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec d = springls__distance_guess(v.c, far_value), own;\n",
+    "        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;\n",
+    "        if (springls__vec_any(takes_own | edge)) {\n",
+    "            own = springls__interface_distance(v);\n",
+    "            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);\n",
+    "            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));\n",
+    "            d = springls__vec_select(takes_own, own, d);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, d);\n",
+    "    }\n",
     "}\n",
     "\n",
-    "/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26\n",
-    "   neighbours on the other side (touches): near springls alone are no surface. */\n",
-    "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)\n",
+    "/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)\n",
     "{\n",
-    "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
-    "                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
-    "                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
-    "    d = springls__min(d, far_value);\n",
-    "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
-    "    return v.c < 0.0f ? -d : d;\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
+    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
+    "    sum = a + b + c;\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    d = springls__vec_select(one > b, two, one);\n",
+    "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
     "\n",
-    "/* Rows of eight voxels; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the\n",
+    "   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
+    "        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
+    "        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
+    "        springls__vec d = springls__vec_broadcast(far_value);\n",
+    "        springls__vmask kept = springls__at_interface(v);\n",
+    "        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);\n",
+    "        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));\n",
+    "        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
+    "            d = springls__vec_min(springls__eikonal(x, y, z), d);\n",
+    "        d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
     "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
@@ -17800,28 +19196,28 @@ static const char *const springls__kernel_lines[] = {
     "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
-    "/* Which of the 27 bricks around (and including) a brick the band reaches. */\n",
+    "/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */\n",
     "SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
     "{\n",
-    "    uint32_t reach = 0;\n",
+    "    uint32_t mask = 0;\n",
     "    int x, y, z;\n",
     "    for (z = 0; z < 8; z++)\n",
     "        for (y = 0; y < 8; y++) {\n",
     "            uint32_t row = 0;\n",
     "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
-    "            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
+    "            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
     "        }\n",
-    "    return reach;\n",
+    "    return mask;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH0, one a brick. */\n",
+    "/* Writes that of each brick to SCRATCH0. */\n",
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4738 \"springls.h\"\n",
+    "#line 5989 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -17904,14 +19300,56 @@ static const char *const springls__kernel_lines[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
+    "/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "{\n",
+    "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
+    "    int i, k;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);\n",
+    "        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
+    "        springls__vmask nearer = d2 < best;\n",
+    "        if (!springls__vec_any(nearer)) continue;\n",
+    "        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));\n",
+    "        for (k = 0; k < 3; k++) {\n",
+    "            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);\n",
+    "            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
     "\n",
-    "/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
-    "                                          SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
+    "{\n",
+    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
+    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
+    "}\n",
+    "\n",
+    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another\n",
+    "   sheet. */\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "{\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;\n",
+    "        if (!springls__vec_any(w > 0.0f)) continue;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
+    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
@@ -17981,22 +19419,22 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    springls__sample_set crowd;\n",
-    "    springls__estimate say;\n",
+    "    springls__sample_set samples;\n",
+    "    springls__estimate estimate;\n",
     "    int r, k, edges = 0;\n",
-    "    crowd.count = 0;\n",
+    "    samples.count = 0;\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
     "            if (weight <= 0.0f) continue;\n",
     "            edges += s->edge;\n",
-    "            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);\n",
+    "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
     "    if (edges == 0) return false;\n",
-    "    say = springls__edge_distance(&crowd, x);\n",
-    "    if (say.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, say.distance);\n",
+    "    estimate = springls__edge_distance(&samples, x);\n",
+    "    if (estimate.weight <= 0.0f) return false;\n",
+    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
     "    return true;\n",
     "}\n",
     "\n",
@@ -18039,7 +19477,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
-    "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
+    "/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the\n",
+    "   longest displacement of any. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -18047,14 +19486,14 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
     "    bool carry = job.i[0] != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *in_doubt = 0;\n",
+    "    if (model->group.item == 0) *side_unknown = 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
@@ -18068,31 +19507,63 @@ static const char *const springls__kernel_lines[] = {
     "                                                 phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
     "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
-    "                *in_doubt = 1;\n",
+    "                *side_unknown = 1;\n",
     "            }\n",
     "        }\n",
     "}\n",
     "\n",
-    "/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */\n",
+    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */\n",
+    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,\n",
+    "                                                SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask unknown = springls__is_side_unknown(c, far_value);\n",
+    "        if (springls__vec_any(unknown)) {\n",
+    "            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);\n",
+    "            if (last) c = springls__restored_side(c, far_value);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that\n",
+    "   counts; job.i[0]: it is the last time, and who is left takes the old value. */\n",
     "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
+    "    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
     "    int row, v;\n",
-    "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
+    "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        if (in_doubt)\n",
-    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
-    "            if (!in_doubt) out[v] = from[v];\n",
-    "            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);\n",
-    "        }\n",
+    "        if (some_unknown)\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,\n",
+    "                                       out + 8 * row);\n",
+    "        else\n",
+    "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */\n",
+    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller\n",
+    "   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec lo = springls__least(v), hi = springls__most(v);\n",
+    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
+    "        some = some || springls__vec_any(bubble | crumb);\n",
+    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18111,7 +19582,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5029 \"springls.h\"\n",
+    "#line 6355 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18124,7 +19595,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;\n",
     "\n",
-    "/* Made from the rules above by tests/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
+    "/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
     "SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {\n",
     "    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,\n",
     "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,\n",
@@ -18298,7 +19769,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5217 \"springls.h\"\n",
+    "#line 6543 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18427,7 +19898,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5347 \"springls.h\"\n",
+    "#line 6673 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18441,9 +19912,11 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
     "        float reach = r + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
-    "        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
     "        if (nearest2 <= covered * covered) return false;\n",
     "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
     "    }\n",
@@ -18522,7 +19995,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5443 \"springls.h\"\n",
+    "#line 6771 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18788,748 +20261,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5710 \"springls.h\"\n",
-    "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
-    "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
-    "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
-    "\n",
-    "#if defined(__OPENCL_VERSION__)\n",
-    "#define SPRINGLS__LANES 8\n",
-    "#define SPRINGLS__LANE SPRINGLS__MATHS\n",
-    "typedef float8 springls__vec;\n",
-    "typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */\n",
-    "#define springls__vec_load(from) vload8(0, from)\n",
-    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
-    "#define springls__vec_all(x) ((float8)(x))\n",
-    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
-    "#define springls__vec_min(a, b) springls__vec_lesser(a, b)\n",
-    "#define springls__vec_max(a, b) springls__vec_greater(a, b)\n",
-    "#define springls__vec_abs(x) fabs(x)\n",
-    "#define springls__vec_sqrt(x) sqrt(x)\n",
-    "#define springls__vec_of_ints(k) convert_float8(k)\n",
-    "#define springls__vec_to_ints(x) convert_int8(x)\n",
-    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
-    "#define springls__vmask_any(where) any(where)\n",
-    "SPRINGLS__MATHS springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
-    "SPRINGLS__MATHS springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
-    "\n",
-    "#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)\n",
-    "#if defined(__AVX2__)\n",
-    "#include <immintrin.h>\n",
-    "#define SPRINGLS__LANES 8\n",
-    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
-    "typedef __m256 springls__simd;\n",
-    "#else\n",
-    "#define SPRINGLS__LANES 4\n",
-    "#if defined(__SSE2__)\n",
-    "#include <emmintrin.h>\n",
-    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
-    "typedef __m128 springls__simd;\n",
-    "#endif\n",
-    "#endif\n",
-    "\n",
-    "#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline\n",
-    "\n",
-    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
-    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */\n",
-    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
-    "\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
-    "SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_all(float x)\n",
-    "{\n",
-    "    springls__vec v = { 0 };\n",
-    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
-    "{\n",
-    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
-    "}\n",
-    "\n",
-    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
-    "SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
-    "#else\n",
-    "    return springls__vec_select(a < b, a, b);\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
-    "#else\n",
-    "    return springls__vec_select(a > b, a, b);\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)\n",
-    "{\n",
-    "    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);\n",
-    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
-    "#else\n",
-    "    springls__vec r = x;\n",
-    "    int i;\n",
-    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
-    "    return r;\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
-    "#else\n",
-    "    int i, any = 0;\n",
-    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
-    "    return any != 0;\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)\n",
-    "#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)\n",
-    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
-    "#endif\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)\n",
-    "{\n",
-    "    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));\n",
-    "}\n",
-    "\n",
-    "/* x rounded down, for |x| < 2^31. */\n",
-    "SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)\n",
-    "{\n",
-    "    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));\n",
-    "    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)\n",
-    "{\n",
-    "    springls__vec3 r;\n",
-    "    r.x = springls__vec_all(v.x);\n",
-    "    r.y = springls__vec_all(v.y);\n",
-    "    r.z = springls__vec_all(v.z);\n",
-    "    return r;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)\n",
-    "{\n",
-    "    a.x += b.x;\n",
-    "    a.y += b.y;\n",
-    "    a.z += b.z;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)\n",
-    "{\n",
-    "    a.x -= b.x;\n",
-    "    a.y -= b.y;\n",
-    "    a.z -= b.z;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)\n",
-    "{\n",
-    "    a.x *= s;\n",
-    "    a.y *= s;\n",
-    "    a.z *= s;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "/* a + s b */\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)\n",
-    "{\n",
-    "    a.x += b.x * s;\n",
-    "    a.y += b.y * s;\n",
-    "    a.z += b.z * s;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)\n",
-    "{\n",
-    "    springls__vec3 r;\n",
-    "    r.x = a.y * b.z - a.z * b.y;\n",
-    "    r.y = a.z * b.x - a.x * b.z;\n",
-    "    r.z = a.x * b.y - a.y * b.x;\n",
-    "    return r;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)\n",
-    "{\n",
-    "    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);\n",
-    "    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);\n",
-    "    springls__vmask some = l2 > springls__vec_all(1e-30f);\n",
-    "    a = springls__vec3_scale(a, s);\n",
-    "    a.x = springls__vec_select(some, a.x, zero);\n",
-    "    a.y = springls__vec_select(some, a.y, zero);\n",
-    "    a.z = springls__vec_select(some, a.z, zero);\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "/* 2^k for whole k in [-126, 127]. */\n",
-    "SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)\n",
-    "{\n",
-    "    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)\n",
-    "{\n",
-    "    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);\n",
-    "    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
-    "    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
-    "                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
-    "    return e * springls__vec_power2(k);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)\n",
-    "{\n",
-    "    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);\n",
-    "    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
-    "    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));\n",
-    "    t = springls__vec_select(x < 0.0f, -t, t);\n",
-    "    return springls__vec_select(a < 0.25f, series, t);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)\n",
-    "{\n",
-    "    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
-    "    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
-    "                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)\n",
-    "{\n",
-    "    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);\n",
-    "    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);\n",
-    "    d = springls__vec3_mad(d, along, -s);\n",
-    "    return springls__vec3_dot(d, d);\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 5951 \"springls.h\"\n",
-    "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
-    "{\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
-    "    springls__vec3 at;\n",
-    "    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);\n",
-    "    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];\n",
-    "    int e, m;\n",
-    "    at.x = springls__vec_load(x);\n",
-    "    at.y = springls__vec_load(y);\n",
-    "    at.z = springls__vec_load(z);\n",
-    "    for (e = 0; e < 3; e++) {\n",
-    "        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
-    "        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);\n",
-    "        springls__vmask nearer = d < best;\n",
-    "        best = springls__vec_select(nearer, d, best);\n",
-    "        found = springls__vec_select(nearer, springls__vec_all((float)e), found);\n",
-    "    }\n",
-    "    springls__vec_store(d2s, best);\n",
-    "    springls__vec_store(edges, found);\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        d2[m] = d2s[m];\n",
-    "        edge[m] = (int)edges[m];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 5983 \"springls.h\"\n",
-    "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "/* springls__tri_distance2 at x, x + (1, 0, 0), ... */\n",
-    "SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)\n",
-    "{\n",
-    "    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));\n",
-    "    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));\n",
-    "    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));\n",
-    "    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);\n",
-    "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
-    "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
-    "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
-    "    springls__vec edges = springls__vec_min(\n",
-    "        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
-    "                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
-    "        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
-    "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
-    "}\n",
-    "\n",
-    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row)\n",
-    "{\n",
-    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
-    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec best = springls__vec_load(row + i), within = best + reach;\n",
-    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
-    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
-    "        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;\n",
-    "        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));\n",
-    "        springls__vec_store(row + i, best);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
-    "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
-    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
-    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;\n",
-    "        springls__vmask counts;\n",
-    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
-    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
-    "        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);\n",
-    "        if (!springls__vmask_any(counts)) continue;\n",
-    "        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;\n",
-    "        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));\n",
-    "        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + height);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)\n",
-    "{\n",
-    "    springls__vec_cross7 v;\n",
-    "    v.c = springls__vec_load(t);\n",
-    "    v.xm = springls__vec_load(t - 1);\n",
-    "    v.xp = springls__vec_load(t + 1);\n",
-    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
-    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
-    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
-    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
-    "    return v;\n",
-    "}\n",
-    "\n",
-    "/* f times the upwind difference of phi */\n",
-    "SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
-    "}\n",
-    "\n",
-    "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                           float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
-    "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
-    "    springls__vec change;\n",
-    "    if (!springls__vmask_any(inside)) {\n",
-    "        springls__vec_store(out, v.c);\n",
-    "        return;\n",
-    "    }\n",
-    "    o = springls__tile_cross_lanes(omega);\n",
-    "    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)\n",
-    "           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)\n",
-    "           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);\n",
-    "    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
-    "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
-    "                             springls__vec_min(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
-    "                             springls__vec_max(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
-    "    springls__vmask inside = v.c < 0.0f;\n",
-    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    springls__vec flat = springls__vec_abs(0.5f * (p - m));\n",
-    "    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));\n",
-    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
-    "    return slope * slope;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)\n",
-    "                       + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
-    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
-    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
-    "    return v.c / (1.0f + share * excess);\n",
-    "}\n",
-    "\n",
-    "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)\n",
-    "{\n",
-    "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
-    "    springls__vmask inside = c < 0.0f;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
-    "        lo = springls__vec_min(lo, v);\n",
-    "        hi = springls__vec_max(hi, v);\n",
-    "    }\n",
-    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
-    "}\n",
-    "\n",
-    "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
-    "SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
-    "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
-    "    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;\n",
-    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
-    "    if (springls__vmask_any(crossed | edge)) {\n",
-    "        own = springls__interface_distance_lanes(v);\n",
-    "        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);\n",
-    "        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));\n",
-    "        d = springls__vec_select(crossed, own, d);\n",
-    "    }\n",
-    "    springls__vec_store(out, d);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)\n",
-    "{\n",
-    "    const springls__vec zero = springls__vec_all(0.0f);\n",
-    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
-    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
-    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
-    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
-    "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))\n",
-    "            * (1.0f / 3.0f);\n",
-    "    d = springls__vec_select(one > b, two, one);\n",
-    "    return springls__vec_select(d > c, three, d);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
-    "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
-    "    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));\n",
-    "    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));\n",
-    "    springls__vec d = springls__vec_all(far_value);\n",
-    "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
-    "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
-    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
-    "        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
-    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
-    "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 6200 \"springls.h\"\n",
-    "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
-    "   offset: from the particle to the row's first voxel. */\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
-    "\n",
-    "SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)\n",
-    "{\n",
-    "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
-    "        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));\n",
-    "        springls__vmask nearer = d2 < best;\n",
-    "        if (!springls__vmask_any(nearer)) continue;\n",
-    "        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));\n",
-    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);\n",
-    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);\n",
-    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
-    "{\n",
-    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
-    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
-    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
-    "    springls__vec zero = springls__vec_all(0.0f);\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
-    "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
-    "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
-    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
-    "        w = w * w;\n",
-    "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)\n",
-    "{\n",
-    "    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);\n",
-    "}\n",
-    "\n",
-    "/* springls__resolved_side; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
-    "                                          SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec_cross7 v;\n",
-    "        springls__vec sum, nearest;\n",
-    "        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;\n",
-    "        if (!springls__vmask_any(doubtful)) {\n",
-    "            springls__vec_store(out + i, springls__vec_load(phi + i));\n",
-    "            continue;\n",
-    "        }\n",
-    "        v = springls__tile_cross_lanes(phi + i);\n",
-    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)\n",
-    "              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)\n",
-    "              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
-    "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
-    "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
-    "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
-    "        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));\n",
-    "        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);\n",
-    "        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* springls__remove_speck; true when there was one. */\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);\n",
-    "        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
-    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
-    "        some = some || springls__vmask_any(bubble | crumb);\n",
-    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 6312 \"springls.h\"\n",
-    "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
-    "\n",
-    "#ifndef SPRINGLS__LANES\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,\n",
-    "                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
-    "{\n",
-    "    int e, m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        d2[m] = radius2;\n",
-    "        edge[m] = -1;\n",
-    "        for (e = 0; e < 3; e++) {\n",
-    "            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
-    "            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);\n",
-    "            if (d >= d2[m]) continue;\n",
-    "            d2[m] = d;\n",
-    "            edge[m] = e;\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
-    "        float within = row[i] + reach;\n",
-    "        if (springls__length2(springls__sub(at, center)) >= within * within) continue;\n",
-    "        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
-    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
-    "        float within = omega[i] + 0.5f + reach;\n",
-    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)\n",
-    "            side[i] += springls__side(*plan, at);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
-    "        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 27; i++)\n",
-    "        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;\n",
-    "    return false;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        float d = springls__interface_distance(v);\n",
-    "        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));\n",
-    "        out[i] = own ? d : springls__distance_guess(v.c, far_value);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        out[i] = springls__remove_speck(springls__tile_cross(phi + i));\n",
-    "        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i++) {\n",
-    "        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);\n",
-    "        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;\n",
-    "        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;\n",
-    "        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;\n",
-    "        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;\n",
-    "        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)\n",
-    "{\n",
-    "    const springls__v3 *from[3];\n",
-    "    int k;\n",
-    "    from[0] = &m.offset;\n",
-    "    from[1] = &m.normal;\n",
-    "    from[2] = &m.moved;\n",
-    "    for (k = 0; k < 3; k++) {\n",
-    "        sums[springls__sum_at(3 * k, i)] = from[k]->x;\n",
-    "        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;\n",
-    "        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;\n",
-    "    }\n",
-    "    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;\n",
-    "    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],\n",
-    "                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],\n",
-    "                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
-    "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
-    "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
-    "                                          SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 6456 \"springls.h\"\n",
+    "#line 7038 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19590,8 +20322,8 @@ static const char *const springls__kernel_lines[] = {
     "      SPRINGLS__SURFACE_FLOATS) \\\n",
     "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)\n",
     "\n",
-    "/* Those whose loop is in lanes_*.h. */\n",
-    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
+    "/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */\n",
+    "#define SPRINGLS__SIMD_KERNELS(X)                                                                     \\\n",
     "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
     "\n",
     "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
@@ -19607,7 +20339,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 19611 \"springls.h\"\n",
+    "#line 20343 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20159,7 +20891,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
     "    slot = springls__slot_at(g, x, y, z);\n",
     "    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture_range) return 0;\n",
     "    return g->phi[v] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
@@ -20258,7 +20990,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
-    "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__SIMD_KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",

@@ -32,11 +32,6 @@
 #include "../stages/fill_from_springls.h"
 #include "../stages/fill_gaps.h"
 #include "../output/isosurface.h"
-#include "../language/simd.h"
-#include "../model/lanes_neighbors.h"
-#include "../stages/lanes_rows.h"
-#include "../stages/lanes_project.h"
-#include "../stages/rows.h"
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
 #define SPRINGLS__KERNELS(X)                                                                          \
@@ -94,8 +89,8 @@
       SPRINGLS__SURFACE_FLOATS) \
     X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
 
-/* Those whose loop is in lanes_*.h. */
-#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
+#define SPRINGLS__SIMD_KERNELS(X)                                                                     \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
 
 /* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).

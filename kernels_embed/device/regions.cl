@@ -136,7 +136,7 @@ SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, i
     if (!springls__grid_contains(g, x, y, z)) return 0;
     slot = springls__slot_at(g, x, y, z);
     v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;
+    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture_range) return 0;
     return g->phi[v] > 0.0f ? 1 : -1;
 }
 

@@ -25,6 +25,7 @@
   typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
+  #define springls__float_of_bits(bits) as_float(bits)
 #else
   #include <float.h>
   #include <math.h>
@@ -33,6 +34,7 @@
   #if !defined(__cplusplus)
     #include <stdbool.h>
   #endif
+  #include <string.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
@@ -56,6 +58,12 @@
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
+  SPRINGLS__MATHS float springls__float_of_bits(int32_t bits)
+  {
+      float x;
+      memcpy(&x, &bits, sizeof x);
+      return x;
+  }
 #endif
 
 /* floorf: a function call where the target has no instruction for it, and called everywhere. */

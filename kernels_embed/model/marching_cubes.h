@@ -15,7 +15,7 @@
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,

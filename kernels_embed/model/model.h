@@ -5,13 +5,10 @@
 #include "../interface/parameters.h"
 #include "../language/triangle.h"
 
-/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
-typedef struct springls__springl {
-    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
-    springls__v3 p;         /* particle                                                                         */
-    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float bounding_radius; /* max |q[m] - p|                                                                   */
-} springls__springl;
+#include "../language/width_float.h"
+#include "springl_body.h"
+#include "../language/width_simd.h"
+#include "springl_body.h"
 
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
@@ -55,7 +52,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
     SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
     SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
     float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
 } springls__grid;
@@ -150,19 +147,6 @@ typedef struct springls__packed {
 
 /* The numbers that one run of a kernel is given besides. */
 typedef struct springls__job { int i[4]; float f[4]; } springls__job;
-
-/* With what follows from q and p. */
-SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
-{
-    float reach2 = 0.0f;
-    int m;
-    for (m = 0; m < 3; m++) {
-        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
-        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
-    }
-    s.bounding_radius = springls__sqrt(reach2);
-    return s;
-}
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {

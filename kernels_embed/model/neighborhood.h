@@ -14,9 +14,11 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float d2, reach = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
             nearest = i;

@@ -20,9 +20,11 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float reach = r + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
         sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
     }

@@ -29,9 +29,9 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
 SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
 {
     springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
-    float d2 = springls__tri_distance2(plan, s.p);
+    float d2 = springls__tri_distance2(&plan, s.p);
     int m;
-    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));
+    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));
     return d2;
 }
 

@@ -1,4 +1,9 @@
 /* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+#ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
+#define SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Clips the bricks that come within `margin` of a springl to those of the top table. */
 SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
@@ -19,9 +24,22 @@ SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS_
     hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
 }
 
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row);
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
+   and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
+{
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
 
 /* omega's first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
@@ -30,12 +48,12 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 }
 
 
-/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
@@ -77,3 +95,5 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
     if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
     ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
+
+#endif

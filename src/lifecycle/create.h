@@ -115,7 +115,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__omega_constant(ctx, params->capture, params->capture);
+    springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
 }

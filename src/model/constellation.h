@@ -57,7 +57,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());

@@ -57,7 +57,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
-        springls__fill(g->omega, slot, ctx->model.params.capture);
+        springls__fill(g->omega, slot, ctx->model.params.capture_range);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
 }

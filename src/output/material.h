@@ -157,7 +157,7 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
 
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out)
@@ -167,7 +167,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
     if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
-    given = springls_material_count(ctx);
+    given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,

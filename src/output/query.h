@@ -83,7 +83,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
-    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
+    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
 
 /* ---- material coordinates ---- */

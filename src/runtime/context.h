@@ -45,7 +45,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
     springls_policy split, fill, merge;
     springls__buffer values;

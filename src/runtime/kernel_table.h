@@ -11,7 +11,7 @@
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -31,6 +31,12 @@ typedef struct springls__kernel_info {
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+    }
+
+#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        springls__##name##_elements(model, job, begin, end);                                                             \
     }
 
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \

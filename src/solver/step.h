@@ -57,7 +57,7 @@ SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.phi_from_springls; }
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls; }
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
 /* After eq. 23; carrying phi along has projected it already. */
@@ -111,7 +111,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.phi_from_springls = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
@@ -120,7 +120,7 @@ SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.predict && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
@@ -375,7 +375,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
+        if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
 }

@@ -120,7 +120,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (g->omega[v] < r->ctx->model.params.capture_range) r->votes += g->phi[v] > 0.0f ? 1 : -1;
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
