@@ -25,29 +25,29 @@
      >>memory               src/runtime/memory.h
      >>kernel_table         src/runtime/kernel_table.h
      >>kernels:kernel       kernels_embed/device/kernels.h
-     >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
-     >>relax:kernel         kernels_embed/stages/relax.h
-     >>relax_body:kernel    kernels_embed/stages/relax_body.h
-     >>winding:kernel       kernels_embed/language/winding.h
-     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
-     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>contract:kernel      kernels_embed/stages/contract.h
+     >>evolve:kernel        kernels_embed/stages/evolve.h
+     >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
+     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
+     >>winding:kernel       kernels_embed/language/winding.h
      >>fit:kernel           kernels_embed/model/fit.h
+     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>project:kernel       kernels_embed/stages/project.h
      >>project_body:kernel  kernels_embed/stages/project_body.h
-     >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>track:kernel         kernels_embed/stages/track.h
-     >>resample:kernel      kernels_embed/stages/resample.h
-     >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
-     >>evolve:kernel        kernels_embed/stages/evolve.h
-     >>topology:kernel      kernels_embed/stages/topology.h
-     >>rebuild:kernel       kernels_embed/stages/rebuild.h
-     >>project_brick:kernel kernels_embed/stages/project_brick.h
-     >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
-     >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
+     >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
+     >>marching_cubes:kernel kernels_embed/model/marching_cubes.h
+     >>project_brick:kernel kernels_embed/stages/project_brick.h
+     >>rebuild:kernel       kernels_embed/stages/rebuild.h
+     >>relax:kernel         kernels_embed/stages/relax.h
+     >>relax_body:kernel    kernels_embed/stages/relax_body.h
+     >>resample:kernel      kernels_embed/stages/resample.h
+     >>topology:kernel      kernels_embed/stages/topology.h
+     >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
+     >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
      >>resumable            src/runtime/resumable.h
      >>launch               src/runtime/launch.h
@@ -1578,7 +1578,6 @@ SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
-/* -------- back in kernels_embed/language/vector.h -------- */
 
 /* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
 /* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
@@ -1894,9 +1893,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 #define SPRINGLS__COND springls__vmask
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- back in kernels_embed/language/simd.h -------- */
-
-/* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
+/* -------- again: kernels_embed/language/vector_body.h -------- */
 /* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
    several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */
 
@@ -2039,8 +2036,7 @@ typedef struct springls__tri_plan {
     float inverse_edge2[3], inverse_n2;
 } springls__tri_plan;
 
-
-/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2055,7 +2051,6 @@ typedef struct springls__tri_plan {
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
-/* -------- back in kernels_embed/language/triangle.h -------- */
 
 /* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
 /* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
@@ -2101,9 +2096,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     if (plan->inverse_n2 <= 0.0f) return edges;
     return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
 }
-/* -------- back in kernels_embed/language/triangle.h -------- */
-
-/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2118,9 +2111,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 #define SPRINGLS__COND springls__vmask
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- back in kernels_embed/language/triangle.h -------- */
-
-/* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
+/* -------- again: kernels_embed/language/triangle_body.h -------- */
 /* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
 
 /* Returns 1 / |b - a|^2, or 0 for a segment of no length. */
@@ -2236,8 +2227,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
     return plan;
 }
-
-/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2312,8 +2302,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
         for (k = 0; k < 16; k++) to[k] = number[k][lane];
     }
 }
-
-/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2328,8 +2317,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__COND springls__vmask
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-
-/* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
+/* -------- again: kernels_embed/model/springl_body.h -------- */
 /* springl_body.h - the record of a springl, and of several at once, lane by lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
@@ -2897,8 +2885,7 @@ SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int o
     at[2] = origin[2] + 8 * (d / 9 - 1);
     return springls__grid_contains(g, at[0], at[1], at[2]);
 }
-
-/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2926,8 +2913,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
     float s = n * springls__cospi(time / period);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
 }
-
-/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2942,8 +2928,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 #define SPRINGLS__COND springls__vmask
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-
-/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* -------- again: kernels_embed/stages/advect_body.h -------- */
 /* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
 
 /* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
@@ -3250,21 +3235,23 @@ typedef struct springls__pieces {
     springls__range_job kernel;
 } springls__pieces;
 
-/* The stage at work, and how far it has come (parts.h). */
+/* The stage at work, and how far it has come (resumable.h). */
 typedef struct springls__work {
     springls__stage_fn stage;
-    int phase, repetition;         /* the next part; how often one has been done again                                 */
-    bool pending;
-    float number;           /* what parts tell each other                                                       */
-    springls__pieces loop;
+    int phase;              /* the next one: a constant of the stage's enum                                     */
+    int repetition;         /* how often a phase has been repeated                                              */
+    bool pending;           /* the phase is still to run                                                        */
+    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
+    springls__pieces loop;  /* that the phase before has ended with                                             */
 } springls__work;
 
-/* What advect is to do, does and has done. */
+/* The motion of advect: its forces, its numbers, and what has come of it. */
 typedef struct springls__motion {
     springls_context *ctx;
     springls_forces forces;
     bool stop_at_topology;
-    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    float time, dt;
+    float max_displacement; /* of a particle, voxels; 0: no limit                                               */
     int tries;
     springls__force_rule rule;
     float affine_weight;
@@ -3274,22 +3261,32 @@ typedef struct springls__motion {
     int moving;
 } springls__motion;
 
-/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
-typedef struct springls__step_entry { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__step_entry;
+/* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
+typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+
+/* An entry of an algorithm (step.h). */
+typedef struct springls__step_entry {
+    springls__entry_kind kind;
+    int stage;              /* whose clock runs, or -1: none                                                    */
+    bool (*when)(const springls_context *ctx); /* its condition; NULL: always                                   */
+    springls__stage_fn run;
+} springls__step_entry;
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *row; /* the next one                                                            */
-    double seconds;         /* that the stage at work has taken so far                                          */
+    const springls__step_entry *next;
+    double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
-    double end;             /* time when the step will be over                                                  */
-    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
-    int parts;
-    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
-    int iterations;         /* of evolve and rebuild, to come                                                   */
+    double end_time;        /* of the step                                                                      */
+    float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
+    float longest_substep;  /* as the force permits                                                             */
+    int substeps;           /* so far                                                                           */
+    bool resamples;         /* this sub-step does                                                               */
+    bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
+    int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
 
 struct springls_context {
@@ -3464,100 +3461,6 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
     ctx->memory[a] = ctx->memory[b];
     ctx->memory[b] = memory;
     springls__bind(ctx);
-}
-
-/* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
-
-/* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
-                                              float margin, int lo[3], int hi[3])
-{
-    springls__v3 lower, upper;
-    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
-    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
-    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
-    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
-    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
-    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
-    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
-}
-
-/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
-   and radius, comes closer than row[i]. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + radius;
-        at.x = (float)x + springls__vec_from(i);
-        d = springls__vec_sub(at, springls__vec_broadcast3(center));
-        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
-SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
-                                             SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
-    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool unknown = springls__omega_unknown(g, g->active[i]);
-    int origin[3], v, y, z;
-    uint32_t k;
-    (void)job;
-    (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
-    if (!unknown) return;
-    springls__slot_origin(g, g->active[i], origin);
-    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
-        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
-    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
-        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
-        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
-        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
-        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
-        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++)
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
-    }
-}
-
-/* Voxel i of the two constant bricks: job.f, outside and inside. */
-SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
-{
-    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
-}
-
-/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
-SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
-{
-    int slot = model->grid.active[i];
-    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
@@ -3752,595 +3655,6 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
     springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }
 
-/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
-
-typedef struct springls__relax_rule {
-    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
-    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
-    float sharpness;                 /* lambda_c                                 */
-    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    int threshold, weight, physical; /* H, W, and which torque                   */
-} springls__relax_rule;
-
-SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
-{
-    springls__relax_rule rule;
-    rule.rest = 2.0f * params->particle_radius;
-    rule.radius = params->neighbor_radius;
-    rule.d_max = params->d_max;
-    rule.kappa_int = params->kappa_int;
-    rule.kappa_ext = params->kappa_ext;
-    rule.sharpness = params->sharpness;
-    rule.step_length = params->relax_step_length;
-    rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
-    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
-    return rule;
-}
-
-
-/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
-{
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
-    return turn;
-}
-
-/* Returns v turned (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
-}
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
-{
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
-    return turn;
-}
-
-/* Returns v turned (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
-}
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];
-    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
-}
-
-/* Does so for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)
-{
-    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int i;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
-        springls__vec_relax_springl(model, rule, begin);
-        for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, job, i);
-    }
-    for (; begin < end; begin++) springls__relax_element(model, job, begin);
-}
-
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
-{
-    const springls__grid *g = &model->grid;
-    springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
-    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)job;
-    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    model->set.s[i] = springls__springl_finished(s);
-}
-
-/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
-/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
-
-/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
-{
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* The solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
-
-/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
-/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
-   two of them opens, springls are missing or the surface ends. */
-
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
-
-typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;             /* the tangent frame */
-    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
-    int count;
-} springls__angular_gaps;
-
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
-{
-    springls__angular_gaps fan;
-    fan.e1 = springls__any_tangent(n);
-    fan.e2 = springls__cross(n, fan.e1);
-    fan.count = 0;
-    return fan;
-}
-
-/* Adds a neighbour at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)
-{
-    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
-    int i;
-    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;
-    angle = springls__atan2(v, u);
-    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
-    fan.angle[i] = angle;
-    fan.count++;
-    return fan;
-}
-
-/* The two largest angles without a neighbour, and the direction that halves the largest. */
-typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
-
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)
-{
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
-    springls__widest_gap opening;
-    float from, middle;
-    int i;
-    opening.angle = turn;
-    opening.second = 0.0f;
-    opening.middle = fan.e1;
-    if (fan.count == 0) return opening;
-    from = fan.angle[fan.count - 1];
-    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < fan.count; i++) {
-        float angle = fan.angle[i] - fan.angle[i - 1];
-        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
-        if (angle <= opening.angle) continue;
-        opening.angle = angle;
-        from = fan.angle[i - 1];
-    }
-    middle = (from + 0.5f * opening.angle) * over_pi;
-    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
-    return opening;
-}
-
-/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
-   two sides open, its end and a drop nearly all. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
-{
-    const float degree = 0.0174532925f;
-    springls__widest_gap opening = springls__angular_gaps_widest(fan);
-    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
-}
-
-/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
-/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
-
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float d2, reach = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
-    }
-    return springls__angular_gaps_widest(fan);
-}
-
-/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
-   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
-SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
-    }
-    return springls__spans_sheet(fan) != 0;
-}
-
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
 /* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
 
@@ -4516,6 +3830,177 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
     if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }
 
+/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
+/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+
+/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
+   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+{
+    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
+    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
+    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
+    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
+    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
+    float g2 = x * x + y * y + z * z;
+    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
+                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+}
+
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside))
+            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* phi_next from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            out[x] += step * lambda * springls__curvature_motion(block);
+        }
+    }
+}
+
+/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* The solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
+/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
+   two of them opens, springls are missing or the surface ends. */
+
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
+
+typedef struct springls__angular_gaps {
+    springls__v3 e1, e2;             /* the tangent frame */
+    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
+    int count;
+} springls__angular_gaps;
+
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
+{
+    springls__angular_gaps fan;
+    fan.e1 = springls__any_tangent(n);
+    fan.e2 = springls__cross(n, fan.e1);
+    fan.count = 0;
+    return fan;
+}
+
+/* Adds a neighbour at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)
+{
+    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;
+    angle = springls__atan2(v, u);
+    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
+    fan.angle[i] = angle;
+    fan.count++;
+    return fan;
+}
+
+/* The two largest angles without a neighbour, and the direction that halves the largest. */
+typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
+
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)
+{
+    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    springls__widest_gap opening;
+    float from, middle;
+    int i;
+    opening.angle = turn;
+    opening.second = 0.0f;
+    opening.middle = fan.e1;
+    if (fan.count == 0) return opening;
+    from = fan.angle[fan.count - 1];
+    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < fan.count; i++) {
+        float angle = fan.angle[i] - fan.angle[i - 1];
+        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
+        if (angle <= opening.angle) continue;
+        opening.angle = angle;
+        from = fan.angle[i - 1];
+    }
+    middle = (from + 0.5f * opening.angle) * over_pi;
+    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
+    return opening;
+}
+
+/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
+   two sides open, its end and a drop nearly all. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
+{
+    const float degree = 0.0174532925f;
+    springls__widest_gap opening = springls__angular_gaps_widest(fan);
+    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
+}
+
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
 /* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence
    as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are
@@ -4639,6 +4124,60 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     return result;
 }
 
+/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
+/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+
+/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float d2, reach = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
+{
+    springls__angular_gaps fan = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
+    }
+    return springls__angular_gaps_widest(fan);
+}
+
+/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
+   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__angular_gaps fan = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
+    }
+    return springls__spans_sheet(fan) != 0;
+}
+
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
@@ -4655,8 +4194,7 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
-
-/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -4671,7 +4209,6 @@ typedef struct springls__moments { springls__v3 offset, normal, moved; float wei
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
-/* -------- back in kernels_embed/stages/project.h -------- */
 
 /* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
 /* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
@@ -4684,9 +4221,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
     t = t * t;
     return t * t;
 }
-/* -------- back in kernels_embed/stages/project.h -------- */
-
-/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -4701,9 +4236,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 #define SPRINGLS__COND springls__vmask
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- back in kernels_embed/stages/project.h -------- */
-
-/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
+/* -------- again: kernels_embed/stages/project_body.h -------- */
 /* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
 
 /* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
@@ -5324,653 +4857,420 @@ SPRINGLS__MATHS void springls__track_element(const springls__model *model, sprin
     model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
 }
 
-/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
-/* resample.h - splitting at the longest edge (section 4.6). */
+/* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
+/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
 
-/* 0, 1 or 2: the edge from that vertex to the next. */
-SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+/* A springl to be. */
+typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
+
+/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
+#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
+
+SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
-    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
-    float ca = springls__length2(springls__sub(t.a, t.c));
-    if (ab >= bc && ab >= ca) return 0;
-    return bc >= ca ? 1 : 2;
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
 }
 
-SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
 {
-    return springls__max(springls__length2(springls__sub(t.b, t.a)),
-                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
-}
-
-/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
-SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
-{
-    int edge = springls__longest_edge(t);
-    springls__tri turned = t, part;
-    springls__v3 middle;
-    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
-    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
-    middle = springls__lerp(turned.a, turned.b, 0.5f);
-    part.a = second ? middle : turned.a;
-    part.b = second ? turned.b : middle;
-    part.c = turned.c;
-    return part;
-}
-
-/* A springl that has been split in two; and where the halves have to go. */
-typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
-
-/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
-   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
-SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
-{
-    springls__half child;
-    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
-    springls__fit_result fit;
-    int m;
-    child.s = springls__springl_make(t, springls__tri_centroid(t));
-    child.a = model->set.a[i];
-    child.pad = 0.0f;
-    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
-        if (fit.ok) {
-            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-            child.s.p = fit.point;
-            child.s = springls__springl_finished(child.s);
-            child.a = springls__project_on_original(model, fit.a);
-        }
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
     }
-    return child;
-}
-
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
-{
-    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
-}
-
-/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
-SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
-                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
-                                                                                     : 0u;
-}
-
-/* To SCRATCH2: the halves of the first job.i[0] of them. */
-SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
-{
-    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
-    halves[2u * at] = springls__child_of(model, i, 0);
-    halves[2u * at + 1u] = springls__child_of(model, i, 1);
-}
-
-/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
-SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
-{
-    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
-    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
-    springls__half first, second;
-    int n = model->set.count + (int)at;
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
-    first = halves[2u * at];
-    second = halves[2u * at + 1u];
-    model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.synced_position[n] = springls__sub(second.s.p, moved);
-    model->set.parent[n] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model,
-                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
-    model->set.birth[n] = model->set.birth[i];
-    model->set.s[i] = first.s;
-    model->set.a[i] = first.a;
-    model->set.synced_position[i] = springls__sub(first.s.p, moved);
-}
-
-/* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
-/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then springls say which side of them a voxel lies on. */
-
-/* Blocks closer than this to a springl stop the background. */
-#define SPRINGLS__SHELL 1.5f
-
-/* Of a brick. */
-#define SPRINGLS__OPEN 0
-#define SPRINGLS__BLOCKED 1
-#define SPRINGLS__BACKGROUND 2
-
-/* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
-                                                   SPRINGLS__LOCAL float *nearest)
-{
-    const springls__grid *g = &model->grid;
-    const springls__group group = model->group;
-    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    float least = FLT_MAX;
-    int row, v;
-    (void)job;
-    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
-    SPRINGLS__BARRIER;
-    nearest[group.item] = least;
-    SPRINGLS__BARRIER;
-    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0)
-        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
-}
-
-/* The background takes a block of step^3 bricks, unless one of them is blocked. */
-SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
-{
-    int hi[3], x, y, z, axis;
-    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
-    for (z = at[2]; z < hi[2]; z++)
-        for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++)
-                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
-    for (z = at[2]; z < hi[2]; z++)
-        for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
     return true;
 }
 
-/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
-SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
 {
-    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
-}
-
-/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
-   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
-   axes makes no difference to where growth ends. */
-SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
-    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
-    int at[3], k;
-    bool at_border, before = true, grew = false;
-    at[b] = i % across * step;
-    at[c] = i / across * step;
-    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
-    for (k = 0; k < 2 * along; k++) {
-        bool background;
-        if (k == along) before = true;
-        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
-        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
-        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
-        before = background;
+    const float r = SPRINGLS__PROJECT_RADIUS;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, r);
+    float weight = 0.0f, value = 0.0f;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        weight += say.weight;
+        value += say.weight * say.distance * say.distance;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+    return weight > 0.0f ? value / weight : FLT_MAX;
 }
 
-/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
-                                                  SPRINGLS__LOCAL float *memory)
+/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
+   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
-    const springls__grid *g = &model->grid;
-    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
-    int slot = g->top[i], row, v;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    springls__v3 n = springls__springl_normal(*s), x;
+    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__fit_result fit;
+    springls__seed seed;
+    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
+    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
+    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
+    x = springls__mad(s->p, opening.middle, away);
+    if (!springls__has_room(model, x, n)) return seed;
+    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
+    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    seed.p = fit.point;
+    seed.n = fit.normal;
+    seed.toward = springls__sub(s->p, fit.point);
+    seed.a = springls__project_on_original(model, fit.a);
+    seed.ok = 1;
+    return seed;
+}
+
+/* To SCRATCH1, and its fate to SCRATCH2. */
+SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)
+{
+    springls__seed seed = springls__seed_beside(model, i);
     (void)job;
-    (void)memory;
-    SPRINGLS__BARRIER; /* all know the slot */
-    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
+    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
-SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
+   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
+SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
 {
-    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
-}
-
-/* Is the background beside a block of b^3 voxels? */
-SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
-{
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
-           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
-           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
-}
-
-/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
-   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
-                                            SPRINGLS__LOCAL float *grown)
-{
-    const springls__grid *g = &model->grid;
-    const springls__group group = model->group;
-    const int b = job.i[0], across = 8 / b;
-    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + first;
-    SPRINGLS__GLOBAL const float *phi = g->phi + first;
-    float grew = 0.0f;
-    int o[3], block, v;
-    springls__slot_origin(g, g->active[index], o);
-    for (block = group.item; block < across * across * across; block += group.items) {
-        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
-        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
-        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
-            float nearest = FLT_MAX;
-            for (k = z; k < z + b; k++)
-                for (j = y; j < y + b; j++)
-                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-            background = nearest > SPRINGLS__SHELL;
-            if (background) grew = 1.0f;
-        }
-        for (k = z; k < z + b; k++)
-            for (j = y; j < y + b; j++)
-                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
+    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
+    springls__seed seed = seeds[i];
+    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
+    uint8_t decided = SPRINGLS__KEEP;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        if (other >= i || fate[other] == SPRINGLS__REMOVE
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        decided = SPRINGLS__UNDECIDED;
     }
-    SPRINGLS__BARRIER;
-    grown[group.item] = grew;
-    SPRINGLS__BARRIER;
-    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
+    return decided;
 }
 
-/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
-   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
-SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
+SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)
 {
-    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
-    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
-    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
-}
-
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_from(i);
-        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
-        counts = (nearest < capture) & (d2 < within * within);
-        if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
-    }
-}
-
-/* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
-{
-    const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int y, z, row, v, o[3];
-    uint32_t k;
+    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
     (void)job;
-    springls__slot_origin(g, g->active[i], o);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
-    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
-        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++) {
-                v = 8 * y + 64 * z;
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
-            }
-    }
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++)
-            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
 }
 
-/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
-SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
+SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
 {
-    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
-}
-
-/* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
-                                                 SPRINGLS__LOCAL float *memory)
-{
-    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
-    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
-    int row, v;
     (void)job;
-    (void)memory;
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
+        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
-/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
-
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+/* The first job.i[0] accepted seeds become springls. */
+SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
 {
-    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
-    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
-    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
-    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
-    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
-    float g2 = x * x + y * y + z * z;
-    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
-                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
-    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
+    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    int n = model->set.count + (int)at;
+    springls__tri t;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
+    t = springls__equilateral(seed.p, seed.n, seed.toward, area);
+    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    model->set.parent[n] = model->set.id[i];
 }
 
-/* Returns f times the upwind difference of phi along one axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+/* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
+/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
+   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
+   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:
+     - two inside corners that are diagonal on a face, or opposite in the cube, are never joined;
+     - two opposite outside corners are joined by a tube through the ring of inside corners between them.
+   Corner c of a cube is at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + k runs along axis a in the direction of growing
+   coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:
+   their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a
+   closed manifold wherever the border of the grid is outside. At most six triangles a cube. */
+
+typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
+
+/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
+    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
+    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
+    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 2, 4, 3, 3, 4, 4, 5, 4, 3, 5, 2,
+    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4, 3, 4, 4, 3, 4, 3, 5, 2, 4, 5, 5, 4, 5, 4, 6, 1,
+    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4,
+    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 2, 3, 4, 5, 3, 2, 3, 4, 4, 3, 4, 5, 5, 4, 4, 5, 3, 2, 5, 6, 4, 1,
+    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 2, 3, 3, 2, 3, 4, 4, 5, 4, 3, 5, 4, 4, 5, 5, 6, 3, 2, 4, 1,
+    3, 4, 4, 5, 4, 5, 5, 6, 4, 5, 3, 4, 3, 4, 2, 1, 2, 3, 3, 2, 3, 2, 4, 1, 3, 4, 2, 1, 2, 1, 1, 0
+};
+
+SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
+    {0}, {0,4,8}, {0,9,5}, {4,8,5, 8,9,5}, {1,10,4}, {0,1,8, 1,10,8}, {0,9,5, 1,10,4}, {1,8,5, 1,10,8, 8,9,5}, {1,5,11},
+    {0,4,8, 1,5,11}, {0,9,1, 9,11,1}, {1,9,11, 1,4,9, 4,8,9}, {4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10},
+    {0,11,4, 0,9,11, 11,10,4}, {8,9,10, 9,11,10}, {2,8,6}, {0,4,2, 4,6,2}, {0,9,5, 2,8,6}, {2,4,6, 2,9,4, 9,5,4},
+    {1,10,4, 2,8,6}, {0,6,2, 0,10,6, 0,1,10}, {0,9,5, 1,10,4, 2,8,6}, {1,10,5, 10,6,5, 6,2,5, 2,9,5}, {1,5,11, 2,8,6},
+    {0,4,2, 4,6,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,6}, {1,6,11, 1,4,6, 6,2,11, 2,9,11}, {2,8,6, 4,5,10, 5,11,10},
+    {0,5,2, 5,11,2, 11,6,2, 11,10,6}, {0,11,4, 0,9,11, 11,10,4, 2,8,6}, {2,11,6, 2,9,11, 11,10,6}, {2,7,9}, {0,4,8, 2,7,9},
+    {0,2,5, 2,7,5}, {2,5,8, 2,7,5, 5,4,8}, {1,10,4, 2,7,9}, {0,1,8, 1,10,8, 2,7,9}, {0,2,5, 2,7,5, 1,10,4},
+    {1,8,5, 1,10,8, 8,2,5, 2,7,5}, {1,5,11, 2,7,9}, {0,4,8, 1,5,11, 2,7,9}, {0,11,1, 0,7,11, 0,2,7},
+    {1,4,11, 4,8,11, 8,2,11, 2,7,11}, {2,7,9, 4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10, 2,7,9},
+    {0,2,4, 2,10,4, 2,7,10, 7,11,10}, {2,10,8, 2,7,10, 7,11,10}, {6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9}, {0,7,5, 0,8,7, 8,6,7},
+    {4,6,5, 6,7,5}, {1,10,4, 6,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,10,7, 10,6,7}, {0,7,5, 0,8,7, 8,6,7, 1,10,4},
+    {1,7,5, 1,10,7, 10,6,7}, {1,5,11, 6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9, 1,5,11}, {0,8,1, 8,6,1, 6,11,1, 6,7,11},
+    {1,6,11, 1,4,6, 6,7,11}, {4,5,10, 5,11,10, 6,7,8, 7,9,8}, {0,6,9, 0,10,6, 0,5,10, 5,11,10, 6,7,9},
+    {0,11,4, 0,7,11, 0,8,7, 8,6,7, 11,10,4}, {6,7,10, 7,11,10}, {3,6,10}, {0,4,8, 3,6,10}, {0,9,5, 3,6,10},
+    {3,6,10, 4,8,5, 8,9,5}, {1,3,4, 3,6,4}, {0,1,8, 1,6,8, 1,3,6}, {0,9,5, 1,3,4, 3,6,4}, {1,3,5, 3,9,5, 3,6,9, 6,8,9},
+    {1,5,11, 3,6,10}, {0,4,8, 1,5,11, 3,6,10}, {0,9,1, 9,11,1, 3,6,10}, {1,9,11, 1,4,9, 4,8,9, 3,6,10},
+    {3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8}, {0,11,4, 0,9,11, 11,3,4, 3,6,4}, {3,9,11, 3,6,9, 6,8,9},
+    {2,8,3, 8,10,3}, {0,4,2, 4,10,2, 10,3,2}, {0,9,5, 2,8,3, 8,10,3}, {2,9,3, 9,5,3, 5,10,3, 5,4,10}, {1,3,4, 3,8,4, 3,2,8},
+    {0,1,2, 1,3,2}, {0,9,5, 1,3,4, 3,8,4, 3,2,8}, {1,3,5, 3,9,5, 3,2,9}, {1,5,11, 2,8,3, 8,10,3},
+    {0,4,2, 4,10,2, 10,3,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,3, 8,10,3}, {1,9,11, 1,4,9, 4,2,9, 4,10,2, 10,3,2},
+    {2,8,3, 8,4,3, 4,11,3, 4,5,11}, {0,5,2, 5,11,2, 11,3,2}, {0,11,4, 0,9,11, 11,3,4, 3,8,4, 3,2,8}, {2,9,3, 9,11,3},
+    {2,7,9, 3,6,10}, {0,4,8, 2,7,9, 3,6,10}, {0,2,5, 2,7,5, 3,6,10}, {2,5,8, 2,7,5, 5,4,8, 3,6,10}, {1,3,4, 3,6,4, 2,7,9},
+    {0,1,8, 1,6,8, 1,3,6, 2,7,9}, {0,2,5, 2,7,5, 1,3,4, 3,6,4}, {1,8,5, 1,6,8, 1,3,6, 8,2,5, 2,7,5}, {1,5,11, 2,7,9, 3,6,10},
+    {0,4,8, 1,5,11, 2,7,9, 3,6,10}, {0,11,1, 0,7,11, 0,2,7, 3,6,10}, {1,4,11, 4,8,11, 8,2,11, 2,7,11, 3,6,10},
+    {2,7,9, 3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8, 2,7,9}, {0,11,4, 0,7,11, 0,2,7, 11,3,4, 3,6,4},
+    {2,7,8, 7,11,8, 11,3,8, 3,6,8}, {3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9}, {0,10,5, 0,8,10, 10,3,5, 3,7,5},
+    {3,5,10, 3,7,5, 5,4,10}, {1,3,4, 3,8,4, 3,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,3,7}, {0,7,5, 0,8,7, 8,3,7, 8,4,3, 4,1,3},
+    {1,3,5, 3,7,5}, {1,5,11, 3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9, 1,5,11},
+    {0,11,1, 0,7,11, 0,8,7, 8,3,7, 8,10,3}, {1,4,11, 4,7,11, 4,10,7, 10,3,7}, {3,4,11, 3,8,4, 3,7,8, 7,9,8, 4,5,11},
+    {0,3,9, 0,5,3, 5,11,3, 3,7,9}, {0,8,7, 8,4,3, 4,0,11, 3,7,8, 7,11,0, 11,3,4}, {3,7,11}, {3,11,7}, {0,4,8, 3,11,7},
+    {0,9,5, 3,11,7}, {3,11,7, 4,8,5, 8,9,5}, {1,10,4, 3,11,7}, {0,1,8, 1,10,8, 3,11,7}, {0,9,5, 1,10,4, 3,11,7},
+    {1,8,5, 1,10,8, 8,9,5, 3,11,7}, {1,5,3, 5,7,3}, {0,4,8, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1},
+    {1,4,3, 4,8,3, 8,7,3, 8,9,7}, {3,5,7, 3,10,5, 10,4,5}, {0,7,8, 0,5,7, 7,3,8, 3,10,8}, {0,9,4, 9,7,4, 7,3,4, 3,10,4},
+    {3,8,7, 3,10,8, 8,9,7}, {2,8,6, 3,11,7}, {0,4,2, 4,6,2, 3,11,7}, {0,9,5, 2,8,6, 3,11,7}, {2,4,6, 2,9,4, 9,5,4, 3,11,7},
+    {1,10,4, 2,8,6, 3,11,7}, {0,6,2, 0,10,6, 0,1,10, 3,11,7}, {0,9,5, 1,10,4, 2,8,6, 3,11,7},
+    {1,10,5, 10,6,5, 6,2,5, 2,9,5, 3,11,7}, {1,5,3, 5,7,3, 2,8,6}, {0,4,2, 4,6,2, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1, 2,8,6},
+    {1,7,3, 1,9,7, 1,4,9, 4,2,9, 4,6,2}, {2,8,6, 3,5,7, 3,10,5, 10,4,5}, {0,6,2, 0,10,6, 0,5,10, 5,3,10, 5,7,3},
+    {0,9,4, 9,7,4, 7,3,4, 3,10,4, 2,8,6}, {2,9,6, 9,10,6, 9,7,10, 7,3,10}, {2,3,9, 3,11,9}, {0,4,8, 2,3,9, 3,11,9},
+    {0,2,5, 2,11,5, 2,3,11}, {2,3,8, 3,4,8, 3,11,4, 11,5,4}, {1,10,4, 2,3,9, 3,11,9}, {0,1,8, 1,10,8, 2,3,9, 3,11,9},
+    {0,2,5, 2,11,5, 2,3,11, 1,10,4}, {1,8,5, 1,10,8, 8,2,5, 2,11,5, 2,3,11}, {1,5,3, 5,9,3, 9,2,3},
+    {0,4,8, 1,5,3, 5,9,3, 9,2,3}, {0,2,1, 2,3,1}, {1,4,3, 4,8,3, 8,2,3}, {2,3,9, 3,5,9, 3,10,5, 10,4,5},
+    {0,10,8, 0,5,10, 5,3,10, 5,9,3, 9,2,3}, {0,2,4, 2,10,4, 2,3,10}, {2,3,8, 3,10,8}, {3,9,6, 3,11,9, 9,8,6},
+    {0,6,9, 0,4,6, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5}, {3,4,6, 3,11,4, 11,5,4}, {1,10,4, 3,9,6, 3,11,9, 9,8,6},
+    {0,6,9, 0,10,6, 0,1,10, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5, 1,10,4}, {1,10,5, 10,6,5, 6,3,5, 3,11,5},
+    {1,5,3, 5,9,3, 9,6,3, 9,8,6}, {0,6,9, 0,4,6, 6,3,9, 3,5,9, 3,1,5}, {0,8,1, 8,6,1, 6,3,1}, {1,4,3, 4,6,3},
+    {3,9,6, 3,5,9, 3,10,5, 10,4,5, 9,8,6}, {0,5,10, 5,9,3, 9,0,6, 3,10,5, 10,6,0, 6,3,9}, {0,3,4, 0,8,3, 8,6,3, 3,10,4},
+    {3,10,6}, {6,10,7, 10,11,7}, {0,4,8, 6,10,7, 10,11,7}, {0,9,5, 6,10,7, 10,11,7}, {4,8,5, 8,9,5, 6,10,7, 10,11,7},
+    {1,6,4, 1,11,6, 11,7,6}, {0,1,8, 1,6,8, 1,11,6, 11,7,6}, {0,9,5, 1,6,4, 1,11,6, 11,7,6},
+    {1,8,5, 1,6,8, 1,11,6, 11,7,6, 8,9,5}, {1,7,10, 1,5,7, 7,6,10}, {0,4,8, 1,7,10, 1,5,7, 7,6,10},
+    {0,9,1, 9,7,1, 7,10,1, 7,6,10}, {1,7,10, 1,9,7, 1,4,9, 4,8,9, 7,6,10}, {4,5,6, 5,7,6}, {0,7,8, 0,5,7, 7,6,8},
+    {0,6,4, 0,9,6, 9,7,6}, {6,8,7, 8,9,7}, {2,10,7, 2,8,10, 10,11,7}, {0,4,2, 4,10,2, 10,7,2, 10,11,7},
+    {0,9,5, 2,10,7, 2,8,10, 10,11,7}, {2,10,7, 2,4,10, 2,9,4, 9,5,4, 10,11,7}, {1,11,4, 11,7,4, 7,2,4, 2,8,4},
+    {0,7,2, 0,11,7, 0,1,11}, {0,9,5, 1,11,4, 11,7,4, 7,2,4, 2,8,4}, {1,2,5, 1,11,2, 11,7,2, 2,9,5},
+    {1,7,10, 1,5,7, 7,2,10, 2,8,10}, {0,4,2, 4,10,2, 10,7,2, 10,1,7, 1,5,7}, {0,9,1, 9,7,1, 7,10,1, 7,2,10, 2,8,10},
+    {1,4,9, 4,10,2, 10,1,7, 2,9,4, 9,7,1, 7,2,10}, {2,5,7, 2,8,5, 8,4,5}, {0,5,2, 5,7,2}, {0,9,4, 9,7,4, 7,2,4, 2,8,4},
+    {2,9,7}, {2,11,9, 2,6,11, 6,10,11}, {0,4,8, 2,11,9, 2,6,11, 6,10,11}, {0,2,5, 2,11,5, 2,6,11, 6,10,11},
+    {2,5,8, 2,11,5, 2,6,11, 6,10,11, 5,4,8}, {1,9,4, 1,11,9, 9,2,4, 2,6,4}, {0,1,8, 1,6,8, 1,11,6, 11,2,6, 11,9,2},
+    {0,2,5, 2,11,5, 2,6,11, 6,1,11, 6,4,1}, {1,11,6, 11,5,2, 5,1,8, 2,6,11, 6,8,1, 8,2,5}, {1,5,10, 5,9,10, 9,2,10, 2,6,10},
+    {0,4,8, 1,5,10, 5,9,10, 9,2,10, 2,6,10}, {0,10,1, 0,6,10, 0,2,6}, {1,2,10, 1,4,2, 4,8,2, 2,6,10}, {2,4,9, 2,6,4, 4,5,9},
+    {0,5,8, 5,6,8, 5,9,6, 9,2,6}, {0,2,4, 2,6,4}, {2,6,8}, {8,10,9, 10,11,9}, {0,11,9, 0,4,11, 4,10,11},
+    {0,10,5, 0,8,10, 10,11,5}, {4,10,5, 10,11,5}, {1,9,4, 1,11,9, 9,8,4}, {0,1,9, 1,11,9}, {0,8,5, 8,11,5, 8,4,11, 4,1,11},
+    {1,11,5}, {1,8,10, 1,5,8, 5,9,8}, {0,4,9, 4,10,9, 10,1,9, 1,5,9}, {0,8,1, 8,10,1}, {1,4,10}, {4,5,8, 5,9,8}, {0,5,9},
+    {0,8,4}, {0}
+};
+
+SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
+
+/* The case of a cube: bit c is set when corner c is inside. */
+SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 {
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
-{
-    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
-                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
-    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-}
-
-/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i);
-        springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside))
-            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
-        springls__vec_store(out + i, c);
-    }
-}
-
-/* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
-    float block[27];
-    int row, x, d;
-    (void)job;
-    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
-    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        int at = springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        springls__evolve_row(phi + at, omega + at, width, step, out);
-        for (x = 0; x < 8 && lambda != 0.0f; x++) {
-            if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
-            out[x] += step * lambda * springls__curvature_motion(block);
-        }
-    }
-}
-
-/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
-   never matters: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
-   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int part = faces & (~faces + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
-    }
-    return faces != 0u && (faces & ~part) == 0u;
-}
-
-/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int part = outside & (~outside + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
-    }
-    return outside != 0u && part == outside;
-}
-
-/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    int mask = 0, c;
+    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;
     return mask;
 }
 
-/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
-   live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
+
+/* The edge that carries vertex 0, 1 or 2 of a triangle. */
+SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 {
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int colour = job.i[0], x, y, z, o[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (z = colour >> 2; z < 8; z += 2)
-        for (y = colour >> 1 & 1; y < 8; y += 2)
-            for (x = colour & 1; x < 8; x += 2) {
-                int v = x + 8 * y + 64 * z;
-                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+    return (int)springls__mc_triangles[mask][3 * triangle + vertex];
+}
+
+SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
+
+/* The corner where an edge begins; it ends at this corner | 1 << axis. */
+SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
+{
+    int k = edge & 3;
+    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
+}
+
+/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
+   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
+   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
+SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
+{
+    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
+}
+
+SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edge)
+{
+    int a = springls__mc_edge_corner(edge);
+    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
+}
+
+/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
+   first: every cube around the edge finds the same bits. */
+SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
+{
+    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
+    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),
+                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
+}
+
+/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
+   closing surface half a voxel outside is met too. */
+typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
+
+SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
+{
+    springls__cube_range range;
+    int axis;
+    springls__slot_origin(g, slot, range.origin);
+    for (axis = 0; axis < 3; axis++) {
+        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
+        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
+    }
+    return range;
+}
+
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
+}
+
+/* The same cube from the grid itself: slower, without a tile. */
+SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
+    return cell;
+}
+
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
+{
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
+}
+
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
+{
+    springls__tri t;
+    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
+    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
+    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
+    return t;
+}
+
+/* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
+/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+
+/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
+   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
+{
+    const float r = springls__max(on_sheets, covered);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    float nearest2 = FLT_MAX;
+    bool sheet = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float reach = r + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
+        if (nearest2 <= covered * covered) return false;
+        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+    }
+    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
+}
+
+#define SPRINGLS__CUBES 729 /* a brick */
+
+/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+{
+    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    uint32_t count = 0u;
+    int x, y, z, k, row;
+    if (model->group.item == 0) *total = 0u;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < 81; row += model->group.items) {
+        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        y = row % 9 - 1;
+        z = row / 9 - 1;
+        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
+        for (x = range.lo[0]; x <= range.hi[0]; x++) {
+            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+            int mask = springls__mc_case(cell);
+            for (k = 0; k < springls__mc_count(mask); k++) {
+                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
+                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
+                count++;
             }
-}
-
-/* What was not granted is taken out of phi_next. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)
-{
-    const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int x;
-    (void)job;
-    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
-}
-
-/* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
-/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
-
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
-SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_fabs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
-SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
-{
-    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
-   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
-#define SPRINGLS__NEAR 0.577f
-
-/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
-SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)
-{
-    springls__vec c = springls__vec_load(phi), lo = c, hi = c;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return springls__crosses(c, lo, hi);
-}
-
-/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
-{
-    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
-    return springls__vec_select(c < 0.0f, -d, d);
-}
-
-/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a
-   tile. */
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec d = springls__distance_guess(v.c, far_value), own;
-        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;
-        if (springls__vec_any(takes_own | edge)) {
-            own = springls__interface_distance(v);
-            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);
-            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));
-            d = springls__vec_select(takes_own, own, d);
         }
-        springls__vec_store(out + i, d);
     }
+    if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
-/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
+/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
+SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
 {
-    const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
-   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
-        springls__vec d = springls__vec_broadcast(far_value);
-        springls__vmask kept = springls__at_interface(v);
-        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
-        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
-        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
-            d = springls__vec_min(springls__eikonal(x, y, z), d);
-        d = springls__vec_select(v.c < 0.0f, -d, d);
-        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
-    }
-}
-
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
-                                                SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row;
-    (void)job;
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
-}
-
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
-                                                  SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row;
-    (void)job;
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
-}
-
-/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
-SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
-{
-    uint32_t mask = 0;
-    int x, y, z;
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            uint32_t row = 0;
-            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
+        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
+        springls__mc_cell cell;
+        if (!exposed[cube]) continue;
+        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
+        for (k = 0; k < 8; k++) {
+            springls__tri t;
+            springls__v3 p;
+            if (!(exposed[cube] >> k & 1)) continue;
+            if (at >= job.i[0]) return; /* no more room, maybe since another brick */
+            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
+            p = springls__tri_centroid(t);
+            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
         }
-    return mask;
+    }
 }
 
-/* Writes that of each brick to SCRATCH0. */
-SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
+/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
+SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
-        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+    int first = job.i[0], n = first + i, m;
+    springls__springl s = model->set.s[n];
+    springls__v3 a = springls__adopt_correspondence(model, s, first);
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
+        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
+            s.p = fit.point;
+            a = fit.a;
+        }
+    }
+    model->set.s[n] = s;
+    model->set.a[n] = springls__project_on_original(model, a);
+    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
 }
 
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
@@ -6339,420 +5639,1105 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     }
 }
 
-/* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
-/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
-   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
-   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:
-     - two inside corners that are diagonal on a face, or opposite in the cube, are never joined;
-     - two opposite outside corners are joined by a tube through the ring of inside corners between them.
-   Corner c of a cube is at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + k runs along axis a in the direction of growing
-   coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:
-   their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a
-   closed manifold wherever the border of the grid is outside. At most six triangles a cube. */
+/* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
+/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
-
-/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
-SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
-    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
-    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
-    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 2, 4, 3, 3, 4, 4, 5, 4, 3, 5, 2,
-    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4, 3, 4, 4, 3, 4, 3, 5, 2, 4, 5, 5, 4, 5, 4, 6, 1,
-    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4,
-    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 2, 3, 4, 5, 3, 2, 3, 4, 4, 3, 4, 5, 5, 4, 4, 5, 3, 2, 5, 6, 4, 1,
-    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 2, 3, 3, 2, 3, 4, 4, 5, 4, 3, 5, 4, 4, 5, 5, 6, 3, 2, 4, 1,
-    3, 4, 4, 5, 4, 5, 5, 6, 4, 5, 3, 4, 3, 4, 2, 1, 2, 3, 3, 2, 3, 2, 4, 1, 3, 4, 2, 1, 2, 1, 1, 0
-};
-
-SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
-    {0}, {0,4,8}, {0,9,5}, {4,8,5, 8,9,5}, {1,10,4}, {0,1,8, 1,10,8}, {0,9,5, 1,10,4}, {1,8,5, 1,10,8, 8,9,5}, {1,5,11},
-    {0,4,8, 1,5,11}, {0,9,1, 9,11,1}, {1,9,11, 1,4,9, 4,8,9}, {4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10},
-    {0,11,4, 0,9,11, 11,10,4}, {8,9,10, 9,11,10}, {2,8,6}, {0,4,2, 4,6,2}, {0,9,5, 2,8,6}, {2,4,6, 2,9,4, 9,5,4},
-    {1,10,4, 2,8,6}, {0,6,2, 0,10,6, 0,1,10}, {0,9,5, 1,10,4, 2,8,6}, {1,10,5, 10,6,5, 6,2,5, 2,9,5}, {1,5,11, 2,8,6},
-    {0,4,2, 4,6,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,6}, {1,6,11, 1,4,6, 6,2,11, 2,9,11}, {2,8,6, 4,5,10, 5,11,10},
-    {0,5,2, 5,11,2, 11,6,2, 11,10,6}, {0,11,4, 0,9,11, 11,10,4, 2,8,6}, {2,11,6, 2,9,11, 11,10,6}, {2,7,9}, {0,4,8, 2,7,9},
-    {0,2,5, 2,7,5}, {2,5,8, 2,7,5, 5,4,8}, {1,10,4, 2,7,9}, {0,1,8, 1,10,8, 2,7,9}, {0,2,5, 2,7,5, 1,10,4},
-    {1,8,5, 1,10,8, 8,2,5, 2,7,5}, {1,5,11, 2,7,9}, {0,4,8, 1,5,11, 2,7,9}, {0,11,1, 0,7,11, 0,2,7},
-    {1,4,11, 4,8,11, 8,2,11, 2,7,11}, {2,7,9, 4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10, 2,7,9},
-    {0,2,4, 2,10,4, 2,7,10, 7,11,10}, {2,10,8, 2,7,10, 7,11,10}, {6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9}, {0,7,5, 0,8,7, 8,6,7},
-    {4,6,5, 6,7,5}, {1,10,4, 6,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,10,7, 10,6,7}, {0,7,5, 0,8,7, 8,6,7, 1,10,4},
-    {1,7,5, 1,10,7, 10,6,7}, {1,5,11, 6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9, 1,5,11}, {0,8,1, 8,6,1, 6,11,1, 6,7,11},
-    {1,6,11, 1,4,6, 6,7,11}, {4,5,10, 5,11,10, 6,7,8, 7,9,8}, {0,6,9, 0,10,6, 0,5,10, 5,11,10, 6,7,9},
-    {0,11,4, 0,7,11, 0,8,7, 8,6,7, 11,10,4}, {6,7,10, 7,11,10}, {3,6,10}, {0,4,8, 3,6,10}, {0,9,5, 3,6,10},
-    {3,6,10, 4,8,5, 8,9,5}, {1,3,4, 3,6,4}, {0,1,8, 1,6,8, 1,3,6}, {0,9,5, 1,3,4, 3,6,4}, {1,3,5, 3,9,5, 3,6,9, 6,8,9},
-    {1,5,11, 3,6,10}, {0,4,8, 1,5,11, 3,6,10}, {0,9,1, 9,11,1, 3,6,10}, {1,9,11, 1,4,9, 4,8,9, 3,6,10},
-    {3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8}, {0,11,4, 0,9,11, 11,3,4, 3,6,4}, {3,9,11, 3,6,9, 6,8,9},
-    {2,8,3, 8,10,3}, {0,4,2, 4,10,2, 10,3,2}, {0,9,5, 2,8,3, 8,10,3}, {2,9,3, 9,5,3, 5,10,3, 5,4,10}, {1,3,4, 3,8,4, 3,2,8},
-    {0,1,2, 1,3,2}, {0,9,5, 1,3,4, 3,8,4, 3,2,8}, {1,3,5, 3,9,5, 3,2,9}, {1,5,11, 2,8,3, 8,10,3},
-    {0,4,2, 4,10,2, 10,3,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,3, 8,10,3}, {1,9,11, 1,4,9, 4,2,9, 4,10,2, 10,3,2},
-    {2,8,3, 8,4,3, 4,11,3, 4,5,11}, {0,5,2, 5,11,2, 11,3,2}, {0,11,4, 0,9,11, 11,3,4, 3,8,4, 3,2,8}, {2,9,3, 9,11,3},
-    {2,7,9, 3,6,10}, {0,4,8, 2,7,9, 3,6,10}, {0,2,5, 2,7,5, 3,6,10}, {2,5,8, 2,7,5, 5,4,8, 3,6,10}, {1,3,4, 3,6,4, 2,7,9},
-    {0,1,8, 1,6,8, 1,3,6, 2,7,9}, {0,2,5, 2,7,5, 1,3,4, 3,6,4}, {1,8,5, 1,6,8, 1,3,6, 8,2,5, 2,7,5}, {1,5,11, 2,7,9, 3,6,10},
-    {0,4,8, 1,5,11, 2,7,9, 3,6,10}, {0,11,1, 0,7,11, 0,2,7, 3,6,10}, {1,4,11, 4,8,11, 8,2,11, 2,7,11, 3,6,10},
-    {2,7,9, 3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8, 2,7,9}, {0,11,4, 0,7,11, 0,2,7, 11,3,4, 3,6,4},
-    {2,7,8, 7,11,8, 11,3,8, 3,6,8}, {3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9}, {0,10,5, 0,8,10, 10,3,5, 3,7,5},
-    {3,5,10, 3,7,5, 5,4,10}, {1,3,4, 3,8,4, 3,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,3,7}, {0,7,5, 0,8,7, 8,3,7, 8,4,3, 4,1,3},
-    {1,3,5, 3,7,5}, {1,5,11, 3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9, 1,5,11},
-    {0,11,1, 0,7,11, 0,8,7, 8,3,7, 8,10,3}, {1,4,11, 4,7,11, 4,10,7, 10,3,7}, {3,4,11, 3,8,4, 3,7,8, 7,9,8, 4,5,11},
-    {0,3,9, 0,5,3, 5,11,3, 3,7,9}, {0,8,7, 8,4,3, 4,0,11, 3,7,8, 7,11,0, 11,3,4}, {3,7,11}, {3,11,7}, {0,4,8, 3,11,7},
-    {0,9,5, 3,11,7}, {3,11,7, 4,8,5, 8,9,5}, {1,10,4, 3,11,7}, {0,1,8, 1,10,8, 3,11,7}, {0,9,5, 1,10,4, 3,11,7},
-    {1,8,5, 1,10,8, 8,9,5, 3,11,7}, {1,5,3, 5,7,3}, {0,4,8, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1},
-    {1,4,3, 4,8,3, 8,7,3, 8,9,7}, {3,5,7, 3,10,5, 10,4,5}, {0,7,8, 0,5,7, 7,3,8, 3,10,8}, {0,9,4, 9,7,4, 7,3,4, 3,10,4},
-    {3,8,7, 3,10,8, 8,9,7}, {2,8,6, 3,11,7}, {0,4,2, 4,6,2, 3,11,7}, {0,9,5, 2,8,6, 3,11,7}, {2,4,6, 2,9,4, 9,5,4, 3,11,7},
-    {1,10,4, 2,8,6, 3,11,7}, {0,6,2, 0,10,6, 0,1,10, 3,11,7}, {0,9,5, 1,10,4, 2,8,6, 3,11,7},
-    {1,10,5, 10,6,5, 6,2,5, 2,9,5, 3,11,7}, {1,5,3, 5,7,3, 2,8,6}, {0,4,2, 4,6,2, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1, 2,8,6},
-    {1,7,3, 1,9,7, 1,4,9, 4,2,9, 4,6,2}, {2,8,6, 3,5,7, 3,10,5, 10,4,5}, {0,6,2, 0,10,6, 0,5,10, 5,3,10, 5,7,3},
-    {0,9,4, 9,7,4, 7,3,4, 3,10,4, 2,8,6}, {2,9,6, 9,10,6, 9,7,10, 7,3,10}, {2,3,9, 3,11,9}, {0,4,8, 2,3,9, 3,11,9},
-    {0,2,5, 2,11,5, 2,3,11}, {2,3,8, 3,4,8, 3,11,4, 11,5,4}, {1,10,4, 2,3,9, 3,11,9}, {0,1,8, 1,10,8, 2,3,9, 3,11,9},
-    {0,2,5, 2,11,5, 2,3,11, 1,10,4}, {1,8,5, 1,10,8, 8,2,5, 2,11,5, 2,3,11}, {1,5,3, 5,9,3, 9,2,3},
-    {0,4,8, 1,5,3, 5,9,3, 9,2,3}, {0,2,1, 2,3,1}, {1,4,3, 4,8,3, 8,2,3}, {2,3,9, 3,5,9, 3,10,5, 10,4,5},
-    {0,10,8, 0,5,10, 5,3,10, 5,9,3, 9,2,3}, {0,2,4, 2,10,4, 2,3,10}, {2,3,8, 3,10,8}, {3,9,6, 3,11,9, 9,8,6},
-    {0,6,9, 0,4,6, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5}, {3,4,6, 3,11,4, 11,5,4}, {1,10,4, 3,9,6, 3,11,9, 9,8,6},
-    {0,6,9, 0,10,6, 0,1,10, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5, 1,10,4}, {1,10,5, 10,6,5, 6,3,5, 3,11,5},
-    {1,5,3, 5,9,3, 9,6,3, 9,8,6}, {0,6,9, 0,4,6, 6,3,9, 3,5,9, 3,1,5}, {0,8,1, 8,6,1, 6,3,1}, {1,4,3, 4,6,3},
-    {3,9,6, 3,5,9, 3,10,5, 10,4,5, 9,8,6}, {0,5,10, 5,9,3, 9,0,6, 3,10,5, 10,6,0, 6,3,9}, {0,3,4, 0,8,3, 8,6,3, 3,10,4},
-    {3,10,6}, {6,10,7, 10,11,7}, {0,4,8, 6,10,7, 10,11,7}, {0,9,5, 6,10,7, 10,11,7}, {4,8,5, 8,9,5, 6,10,7, 10,11,7},
-    {1,6,4, 1,11,6, 11,7,6}, {0,1,8, 1,6,8, 1,11,6, 11,7,6}, {0,9,5, 1,6,4, 1,11,6, 11,7,6},
-    {1,8,5, 1,6,8, 1,11,6, 11,7,6, 8,9,5}, {1,7,10, 1,5,7, 7,6,10}, {0,4,8, 1,7,10, 1,5,7, 7,6,10},
-    {0,9,1, 9,7,1, 7,10,1, 7,6,10}, {1,7,10, 1,9,7, 1,4,9, 4,8,9, 7,6,10}, {4,5,6, 5,7,6}, {0,7,8, 0,5,7, 7,6,8},
-    {0,6,4, 0,9,6, 9,7,6}, {6,8,7, 8,9,7}, {2,10,7, 2,8,10, 10,11,7}, {0,4,2, 4,10,2, 10,7,2, 10,11,7},
-    {0,9,5, 2,10,7, 2,8,10, 10,11,7}, {2,10,7, 2,4,10, 2,9,4, 9,5,4, 10,11,7}, {1,11,4, 11,7,4, 7,2,4, 2,8,4},
-    {0,7,2, 0,11,7, 0,1,11}, {0,9,5, 1,11,4, 11,7,4, 7,2,4, 2,8,4}, {1,2,5, 1,11,2, 11,7,2, 2,9,5},
-    {1,7,10, 1,5,7, 7,2,10, 2,8,10}, {0,4,2, 4,10,2, 10,7,2, 10,1,7, 1,5,7}, {0,9,1, 9,7,1, 7,10,1, 7,2,10, 2,8,10},
-    {1,4,9, 4,10,2, 10,1,7, 2,9,4, 9,7,1, 7,2,10}, {2,5,7, 2,8,5, 8,4,5}, {0,5,2, 5,7,2}, {0,9,4, 9,7,4, 7,2,4, 2,8,4},
-    {2,9,7}, {2,11,9, 2,6,11, 6,10,11}, {0,4,8, 2,11,9, 2,6,11, 6,10,11}, {0,2,5, 2,11,5, 2,6,11, 6,10,11},
-    {2,5,8, 2,11,5, 2,6,11, 6,10,11, 5,4,8}, {1,9,4, 1,11,9, 9,2,4, 2,6,4}, {0,1,8, 1,6,8, 1,11,6, 11,2,6, 11,9,2},
-    {0,2,5, 2,11,5, 2,6,11, 6,1,11, 6,4,1}, {1,11,6, 11,5,2, 5,1,8, 2,6,11, 6,8,1, 8,2,5}, {1,5,10, 5,9,10, 9,2,10, 2,6,10},
-    {0,4,8, 1,5,10, 5,9,10, 9,2,10, 2,6,10}, {0,10,1, 0,6,10, 0,2,6}, {1,2,10, 1,4,2, 4,8,2, 2,6,10}, {2,4,9, 2,6,4, 4,5,9},
-    {0,5,8, 5,6,8, 5,9,6, 9,2,6}, {0,2,4, 2,6,4}, {2,6,8}, {8,10,9, 10,11,9}, {0,11,9, 0,4,11, 4,10,11},
-    {0,10,5, 0,8,10, 10,11,5}, {4,10,5, 10,11,5}, {1,9,4, 1,11,9, 9,8,4}, {0,1,9, 1,11,9}, {0,8,5, 8,11,5, 8,4,11, 4,1,11},
-    {1,11,5}, {1,8,10, 1,5,8, 5,9,8}, {0,4,9, 4,10,9, 10,1,9, 1,5,9}, {0,8,1, 8,10,1}, {1,4,10}, {4,5,8, 5,9,8}, {0,5,9},
-    {0,8,4}, {0}
-};
-
-SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
-
-/* The case of a cube: bit c is set when corner c is inside. */
-SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
+/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
+   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
-    int mask = 0, c;
-    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;
+    springls__vec flat = springls__vec_fabs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
+    return slope * slope;
+}
+
+/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
+   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
+SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
+{
+    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
+   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
+#define SPRINGLS__NEAR 0.577f
+
+/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
+SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)
+{
+    springls__vec c = springls__vec_load(phi), lo = c, hi = c;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return springls__crosses(c, lo, hi);
+}
+
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
+{
+    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
+    return springls__vec_select(c < 0.0f, -d, d);
+}
+
+/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a
+   tile. */
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec d = springls__distance_guess(v.c, far_value), own;
+        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;
+        if (springls__vec_any(takes_own | edge)) {
+            own = springls__interface_distance(v);
+            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);
+            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));
+            d = springls__vec_select(takes_own, own, d);
+        }
+        springls__vec_store(out + i, d);
+    }
+}
+
+/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
+   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+        springls__vec d = springls__vec_broadcast(far_value);
+        springls__vmask kept = springls__at_interface(v);
+        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
+        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
+        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+            d = springls__vec_min(springls__eikonal(x, y, z), d);
+        d = springls__vec_select(v.c < 0.0f, -d, d);
+        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
+    }
+}
+
+/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+                                                SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
+}
+
+/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
+}
+
+/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
+SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
+{
+    uint32_t mask = 0;
+    int x, y, z;
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            uint32_t row = 0;
+            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
+            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+        }
     return mask;
 }
 
-SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
-
-/* The edge that carries vertex 0, 1 or 2 of a triangle. */
-SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
+/* Writes that of each brick to SCRATCH0. */
+SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
-    return (int)springls__mc_triangles[mask][3 * triangle + vertex];
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
+        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
-SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
+/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
 
-/* The corner where an edge begins; it ends at this corner | 1 << axis. */
-SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
+typedef struct springls__relax_rule {
+    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
+    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
+    float sharpness;                 /* lambda_c                                 */
+    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
+    int threshold, weight, physical; /* H, W, and which torque                   */
+} springls__relax_rule;
+
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
 {
-    int k = edge & 3;
-    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->relax_step_length;
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = (int)params->threshold;
+    rule.weight = (int)params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
 }
 
-/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
-   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
-   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
-SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
 {
-    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
 }
 
-SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edge)
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
 {
-    int a = springls__mc_edge_corner(edge);
-    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
 }
 
-/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
-   first: every cube around the edge finds the same bits. */
-SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
-    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),
-                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
 }
 
-/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
-   closing surface half a voxel outside is met too. */
-typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
-
-SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
 {
-    springls__cube_range range;
-    int axis;
-    springls__slot_origin(g, slot, range.origin);
-    for (axis = 0; axis < 3; axis++) {
-        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
-        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
     }
-    return range;
+    return some;
 }
 
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
+                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
 {
-    springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
-    return cell;
-}
-
-/* The same cube from the grid itself: slower, without a tile. */
-SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
-{
-    springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
-    return cell;
-}
-
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
-{
-    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
-}
-
-SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
-{
-    springls__tri t;
-    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
-    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
-    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
-    return t;
-}
-
-/* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
-
-/* A springl to be. */
-typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
-
-/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
-#define SPRINGLS__SEED_DISTANCE 0.7f
-#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
-
-SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
-}
-
-SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
     }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v turned (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/relax_body.h -------- */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
+                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v turned (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
+}
+
+/* Does so for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)
+{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int i;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        springls__vec_relax_springl(model, rule, begin);
+        for (i = begin; i < begin + SPRINGLS__LANES; i++)
+            if (model->set.mask[i]) springls__relax_element(model, job, i);
+    }
+    for (; begin < end; begin++) springls__relax_element(model, job, begin);
+}
+
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
+    (void)job;
+    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
+/* resample.h - splitting at the longest edge (section 4.6). */
+
+/* 0, 1 or 2: the edge from that vertex to the next. */
+SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+{
+    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
+    float ca = springls__length2(springls__sub(t.a, t.c));
+    if (ab >= bc && ab >= ca) return 0;
+    return bc >= ca ? 1 : 2;
+}
+
+SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+{
+    return springls__max(springls__length2(springls__sub(t.b, t.a)),
+                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
+}
+
+/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
+SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
+{
+    int edge = springls__longest_edge(t);
+    springls__tri turned = t, part;
+    springls__v3 middle;
+    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
+    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
+    middle = springls__lerp(turned.a, turned.b, 0.5f);
+    part.a = second ? middle : turned.a;
+    part.b = second ? turned.b : middle;
+    part.c = turned.c;
+    return part;
+}
+
+/* A springl that has been split in two; and where the halves have to go. */
+typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
+
+/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
+   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child;
+    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
+    springls__fit_result fit;
+    int m;
+    child.s = springls__springl_make(t, springls__tri_centroid(t));
+    child.a = model->set.a[i];
+    child.pad = 0.0f;
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
+        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+            child.s.p = fit.point;
+            child.s = springls__springl_finished(child.s);
+            child.a = springls__project_on_original(model, fit.a);
+        }
+    }
+    return child;
+}
+
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+{
+    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
+        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+}
+
+/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
+                                                                                     : 0u;
+}
+
+/* To SCRATCH2: the halves of the first job.i[0] of them. */
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    halves[2u * at] = springls__child_of(model, i, 0);
+    halves[2u * at + 1u] = springls__child_of(model, i, 1);
+}
+
+/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    springls__half first, second;
+    int n = model->set.count + (int)at;
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    first = halves[2u * at];
+    second = halves[2u * at + 1u];
+    model->set.generation[i]++;
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.synced_position[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model,
+                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
+    model->set.birth[n] = model->set.birth[i];
+    model->set.s[i] = first.s;
+    model->set.a[i] = first.a;
+    model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
+   never matters: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
+   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int part = faces & (~faces + 1u), before = 0u;
+    while (part != before) {
+        before = part;
+        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
+    }
+    return faces != 0u && (faces & ~part) == 0u;
+}
+
+/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int part = outside & (~outside + 1u), before = 0u;
+    while (part != before) {
+        before = part;
+        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
+    }
+    return outside != 0u && part == outside;
+}
+
+/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
+   live in phi, which receives what is granted of what phi_next asks for. */
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int colour = job.i[0], x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = colour >> 2; z < 8; z += 2)
+        for (y = colour >> 1 & 1; y < 8; y += 2)
+            for (x = colour & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* What was not granted is taken out of phi_next. */
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)job;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+}
+
+/* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
+/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+
+/* Clips the bricks that come within `margin` of a springl to those of the top table. */
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
+                                              float margin, int lo[3], int hi[3])
+{
+    springls__v3 lower, upper;
+    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
+    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
+    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
+    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
+    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
+    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
+    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
+}
+
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
+   and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
+{
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
+
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+                                             SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture_range;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool unknown = springls__omega_unknown(g, g->active[i]);
+    int origin[3], v, y, z;
+    uint32_t k;
+    (void)job;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all have read whether it is */
+    if (!unknown) return;
+    springls__slot_origin(g, g->active[i], origin);
+    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
+        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
+        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
+        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
+        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
+        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++)
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+    }
+}
+
+/* Voxel i of the two constant bricks: job.f, outside and inside. */
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+{
+    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+}
+
+/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+{
+    int slot = model->grid.active[i];
+    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+}
+
+/* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
+/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
+   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+
+/* Blocks closer than this to a springl stop the background. */
+#define SPRINGLS__SHELL 1.5f
+
+/* Of a brick. */
+#define SPRINGLS__OPEN 0
+#define SPRINGLS__BLOCKED 1
+#define SPRINGLS__BACKGROUND 2
+
+/* To SCRATCH2, one a brick of the top table: is it blocked? */
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
+{
+    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    float least = FLT_MAX;
+    int row, v;
+    (void)job;
+    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
+    SPRINGLS__BARRIER;
+    nearest[group.item] = least;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
+    if (group.item == 0)
+        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+}
+
+/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+{
+    int hi[3], x, y, z, axis;
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++)
+                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
     return true;
 }
 
-/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
-SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
+SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
 {
-    const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_near(model, p, r);
-    float weight = 0.0f, value = 0.0f;
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        weight += say.weight;
-        value += say.weight * say.distance * say.distance;
+    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+}
+
+/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
+   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
+   axes makes no difference to where growth ends. */
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
+    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    int at[3], k;
+    bool at_border, before = true, grew = false;
+    at[b] = i % across * step;
+    at[c] = i / across * step;
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    for (k = 0; k < 2 * along; k++) {
+        bool background;
+        if (k == along) before = true;
+        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
+        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        before = background;
     }
-    return weight > 0.0f ? value / weight : FLT_MAX;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
 }
 
-/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
-   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
-SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
+/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *memory)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
-    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
-    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-    springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
-    springls__fit_result fit;
-    springls__seed seed;
-    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
-    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
-    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
-    x = springls__mad(s->p, opening.middle, away);
-    if (!springls__has_room(model, x, n)) return seed;
-    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
-    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
-    seed.p = fit.point;
-    seed.n = fit.normal;
-    seed.toward = springls__sub(s->p, fit.point);
-    seed.a = springls__project_on_original(model, fit.a);
-    seed.ok = 1;
-    return seed;
-}
-
-/* To SCRATCH1, and its fate to SCRATCH2. */
-SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)
-{
-    springls__seed seed = springls__seed_beside(model, i);
+    const springls__grid *g = &model->grid;
+    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    int slot = g->top[i], row, v;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)job;
-    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all know the slot */
+    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
-/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
-   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
-SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
+SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
 {
-    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
-    springls__seed seed = seeds[i];
-    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
-    uint8_t decided = SPRINGLS__KEEP;
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE
-            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
-        decided = SPRINGLS__UNDECIDED;
+    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+}
+
+/* Is the background beside a block of b^3 voxels? */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
+/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
+   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+                                            SPRINGLS__LOCAL float *grown)
+{
+    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    const int b = job.i[0], across = 8 / b;
+    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + first;
+    SPRINGLS__GLOBAL const float *phi = g->phi + first;
+    float grew = 0.0f;
+    int o[3], block, v;
+    springls__slot_origin(g, g->active[index], o);
+    for (block = group.item; block < across * across * across; block += group.items) {
+        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
+        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
+        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
+            float nearest = FLT_MAX;
+            for (k = z; k < z + b; k++)
+                for (j = y; j < y + b; j++)
+                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+            background = nearest > SPRINGLS__SHELL;
+            if (background) grew = 1.0f;
+        }
+        for (k = z; k < z + b; k++)
+            for (j = y; j < y + b; j++)
+                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
     }
-    return decided;
+    SPRINGLS__BARRIER;
+    grown[group.item] = grew;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
 }
 
-SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
+   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
-    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
-    (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
+    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
+    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
+    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
-SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
+/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
+   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
-        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
-}
-
-/* The first job.i[0] accepted seeds become springls. */
-SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
-{
-    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
-    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
-    int n = model->set.count + (int)at;
-    springls__tri t;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
-    t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
-    model->set.parent[n] = model->set.id[i];
-}
-
-/* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
-/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
-
-/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
-   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
-{
-    const float r = springls__max(on_sheets, covered);
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
-    float nearest2 = FLT_MAX;
-    bool sheet = false;
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
     int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float reach = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
-        if (nearest2 <= covered * covered) return false;
-        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_from(i);
+        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
+        counts = (nearest < capture) & (d2 < within * within);
+        if (!springls__vec_any(counts)) continue;
+        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
     }
-    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
 
-#define SPRINGLS__CUBES 729 /* a brick */
-
-/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
-    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
-    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    uint32_t count = 0u;
-    int x, y, z, k, row;
-    if (model->group.item == 0) *total = 0u;
-    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
-    for (row = model->group.item; row < 81; row += model->group.items) {
-        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
-        y = row % 9 - 1;
-        z = row / 9 - 1;
-        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
-        for (x = range.lo[0]; x <= range.hi[0]; x++) {
-            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-            int mask = springls__mc_case(cell);
-            for (k = 0; k < springls__mc_count(mask); k++) {
-                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
-                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
-                count++;
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture_range;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int y, z, row, v, o[3];
+    uint32_t k;
+    (void)job;
+    springls__slot_origin(g, g->active[i], o);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++) {
+                v = 8 * y + 64 * z;
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
             }
-        }
     }
-    if (count > 0u) SPRINGLS__ADD(total, count);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
-/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
-SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
+/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
+SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
 {
-    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
-    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
-        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
-        springls__mc_cell cell;
-        if (!exposed[cube]) continue;
-        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
-        for (k = 0; k < 8; k++) {
-            springls__tri t;
-            springls__v3 p;
-            if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= job.i[0]) return; /* no more room, maybe since another brick */
-            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
-            p = springls__tri_centroid(t);
-            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
-        }
-    }
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
-/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
-SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)
+/* The side becomes the sign of the distance. */
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+                                                 SPRINGLS__LOCAL float *memory)
 {
-    int first = job.i[0], n = first + i, m;
-    springls__springl s = model->set.s[n];
-    springls__v3 a = springls__adopt_correspondence(model, s, first);
-    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
-        if (fit.ok) {
-            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
-            s.p = fit.point;
-            a = fit.a;
-        }
-    }
-    model->set.s[n] = s;
-    model->set.a[n] = springls__project_on_original(model, a);
-    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
+    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
+    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
+    int row, v;
+    (void)job;
+    (void)memory;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
@@ -7195,13 +7180,15 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
-#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
-    do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
-        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
-    } while (0)
+/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
+   False when *status is the result: of the device, or the failure to bring the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
@@ -7399,7 +7386,10 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->scan(ctx, scratch, count, total);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
@@ -7589,7 +7579,7 @@ SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 /* What is in progress is left as it is. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
     ctx->step.active = false;
     memset(&ctx->work, 0, sizeof ctx->work);
 }
@@ -8160,7 +8150,10 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->constellation_compact(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
         char *data = (char *)ctx->memory[array].data;
@@ -8856,7 +8849,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 }
 
 /* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
@@ -8885,7 +8878,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *job)
 }
 
 /* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
 {
     const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
@@ -8926,7 +8919,7 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
@@ -8955,27 +8948,33 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
     SPRINGLS__TRY(
         springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
     job->blocks = NULL;
-    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
-    return springls__displace_here(job);
+    if (ctx->on_device && springls__device_can_displace(job)) {
+        springls_status status = springls__displace_on_device(job);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    return springls__displace_on_host(job);
 }
 
-/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
-   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+
+/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
+   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
+   limit. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *job = &ctx->motion;
     int count = ctx->model.set.count;
-    if (ctx->work.phase == 0) {
+    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
         SPRINGLS__TRY(springls__displace(job));
-        return springls__next_phase(ctx, 1);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(job);
     if (job->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
-        return springls__next_phase(ctx, 0);
+    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
     ctx->stats.largest_displacement = job->moved;
@@ -9086,8 +9085,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status = ctx->backend->cells_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
-        if (status != SPRINGLS_DEVICE_FAILED) return status;
-        SPRINGLS__TRY(springls__fall_back_to_host(ctx));
+        if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
@@ -9127,7 +9125,10 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cells_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -9660,34 +9661,38 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
-    int count = ctx->model.set.count;
+    int count = ctx->model.set.count, undecided;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
         if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
         job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
         job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
+    case SPRINGLS__CONTRACT_RESHAPE:
         springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, 4);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
+    case SPRINGLS__CONTRACT_MERGE:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
+    case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        return springls__next_phase(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+        undecided = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED);
+        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+    case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -9727,7 +9732,10 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     springls__grid *g = &ctx->model.grid;
     springls__cell_list *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->near_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -9781,15 +9789,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
     springls__swap_phi(ctx);
 }
 
+enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
+
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__EVOLVE_OMEGA:
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
+    case SPRINGLS__EVOLVE_PHI:
         springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
+    case SPRINGLS__EVOLVE_COMMIT:
     default:
         springls__commit_phi(ctx, 1);
         springls__mark_phi_synced(ctx);
@@ -9878,6 +9889,8 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
+enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
     const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
@@ -9885,18 +9898,19 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
     switch (ctx->work.phase) {
-    case 0:
-        if (!springls_first) return springls__next_phase(ctx, 2);
+    case SPRINGLS__FILL_FIND_SEEDS:
+        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
         SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
+    case SPRINGLS__FILL_INSERT_SEEDS:
         SPRINGLS__TRY(springls__insert_seeds(ctx));
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+    case SPRINGLS__FILL_FIND_EXPOSED:
         SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
                                           springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, 3);
+        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
+    case SPRINGLS__FILL_EXPOSED:
     default:
         SPRINGLS__TRY(springls__fill_exposed(ctx));
         springls__fit_new_springls(ctx, count);
@@ -9925,7 +9939,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
     springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     ctx->cells_fresh = false; /* they live in the bricks */
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
@@ -9953,18 +9970,21 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
+enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
+
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
+    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__REBUILD_INTERFACE:
         springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    case SPRINGLS__REBUILD_SWEEP:
+    default:
         springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    default: return SPRINGLS_OK;
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }
 }
 
@@ -9986,21 +10006,25 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
 /* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
 
+enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
+
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__RELAX_FIND_NEIGHBORS:
         if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_ITERATE:
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
         springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
+    case SPRINGLS__RELAX_ITERATED:
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
         springls__constellation_moved(ctx);
-        return ++ctx->work.repetition < ctx->model.params.relax_iterations ? springls__next_phase(ctx, 1) : SPRINGLS_OK;
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        return SPRINGLS_OK;
     }
 }
 
@@ -10059,7 +10083,10 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     springls__grid_clear(ctx, g);
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
     memset(wanted, 0, (size_t)bricks);
@@ -10205,7 +10232,10 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->settle_regions(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
@@ -10218,29 +10248,33 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
+       SPRINGLS__SIGN_COMMIT };
+
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__SIGN_OMEGA:
         if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
+    case SPRINGLS__SIGN_GROW_BRICKS:
         SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
+    case SPRINGLS__SIGN_GROW_COARSE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
+    case SPRINGLS__SIGN_GROW_FINE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, 4);
-    case 4:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
+    case SPRINGLS__SIGN_SIDES:
         if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
-        return springls__next_phase(ctx, 5);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
+    case SPRINGLS__SIGN_COMMIT:
     default:
         if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
@@ -10433,39 +10467,42 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
+
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     const int sweeps = 2;
     springls__job job = springls__job_of(carry);
-    float *way = &ctx->work.number;
+    float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
         SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, way));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
-        job.f[0] = *way;
+        job.f[0] = *displacement;
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+    case SPRINGLS__PROJECT_COMMIT:
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
         }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, 3);
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
+    case SPRINGLS__PROJECT_NO_SPECKS:
         springls__swap_phi(ctx);
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+    case SPRINGLS__PROJECT_SWEEP:
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 4);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
+    case SPRINGLS__PROJECT_SWEPT:
     default:
         springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, 3);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
 }
@@ -10952,28 +10989,28 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
 /* contract will ask for phi as it was before the springls moved. */
-SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
+SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
     return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
 }
 
-SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
+SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
 SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
 {
-    return ctx->step.resample && !ctx->model.params.resample_last;
+    return ctx->step.resamples && !ctx->model.params.resample_last;
 }
 SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 {
-    return ctx->step.resample && ctx->model.params.resample_last;
+    return ctx->step.resamples && ctx->model.params.resample_last;
 }
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
-SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
+SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.afresh; }
-SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls; }
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
 /* After eq. 23; carrying phi along has projected it already. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
@@ -10989,13 +11026,13 @@ enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    float dt = step->part;
-    if (step->left > 0.0f) {
-        dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
+    float dt = step->longest_substep;
+    if (step->time_left > 0.0f) {
+        dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
         if (ctx->time + (double)dt == ctx->time)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
                                   (double)dt);
-        if (step->parts++ == SPRINGLS__MAX_SUBSTEPS)
+        if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                                   SPRINGLS__MAX_SUBSTEPS);
     }
@@ -11004,7 +11041,7 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
         ctx->stats.volume_correction = 0.0f;
     }
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
-    ctx->motion.most = step->left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     return SPRINGLS_OK;
 }
@@ -11016,8 +11053,8 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
-    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
+    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
 
@@ -11026,7 +11063,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.afresh = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
@@ -11034,16 +11071,14 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
-    ctx->step.iterations = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
-/* Back to evolve and rebuild, the two rows before. */
-SPRINGLS__FN springls_status springls__iterate(springls_context *ctx)
+SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
 {
-    ctx->step.iterations--;
-    ctx->step.row -= 3;
+    ctx->step.iterations_left--;
     return SPRINGLS_OK;
 }
 
@@ -11051,69 +11086,73 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 
 /* ---- the algorithms ---- */
 
-#define SPRINGLS__BEGIN                                                          \
-    { -1, NULL, springls__substep_begin },                                       \
-    { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
-#define SPRINGLS__MOVE                                                           \
-    { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
-    { -1, NULL, springls__substep_advanced }
-/* The level set catches up with the springls. */
-#define SPRINGLS__FOLLOW                                                         \
-    { -1, NULL, springls__follow_begin },                                        \
-    { SPRINGLS_STAGE_KEEP_EDGES, springls__has_edges, springls__keep_edges },    \
-    { SPRINGLS_STAGE_PROJECT, springls__carries, springls__carry_level_set },    \
-    { SPRINGLS_STAGE_EVOLVE, springls__iterates, springls__evolve },             \
-    { SPRINGLS_STAGE_REBUILD, springls__iterates, springls__rebuild },           \
-    { -1, springls__iterates, springls__iterate },                               \
-    { SPRINGLS_STAGE_PROJECT, springls__projects, springls__project_level_set }
-#define SPRINGLS__END                                                            \
-    { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
-    { -1, NULL, springls__substep_end }
+#define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
+#define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
+#define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
+#define SPRINGLS__STAGE_IF(when, name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, when, run }
+#define SPRINGLS__REPEAT_WHILE(when) { SPRINGLS__ENTRY_REPEAT_WHILE, -1, when, NULL }
+#define SPRINGLS__END_REPEAT { SPRINGLS__ENTRY_END_REPEAT, -1, NULL, NULL }
+
+#define SPRINGLS__BEGIN_SUBSTEP                                                              \
+    SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+#define SPRINGLS__MOVE                                                                       \
+    SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
+    SPRINGLS__DO(springls__substep_advanced)
+/* The level set follows the springls. */
+#define SPRINGLS__FOLLOW                                                                     \
+    SPRINGLS__DO(springls__follow_begin),                                                    \
+    SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
+    SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
+    SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
+        SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \
+        SPRINGLS__STAGE(REBUILD, springls__rebuild),                                         \
+        SPRINGLS__DO(springls__iteration_done),                                              \
+    SPRINGLS__END_REPEAT,                                                                    \
+    SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
+#define SPRINGLS__END_SUBSTEP                                                                \
+    SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
-    SPRINGLS__BEGIN,
-    { -1, springls__wants_phi_before, springls__sample_phi },
+    SPRINGLS__BEGIN_SUBSTEP,
+    SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
-    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
-    { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
-    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
-    { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
-    { -1, NULL, springls__check_displacement },
-    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
+    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
+    SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
+    SPRINGLS__DO(springls__check_displacement),
+    SPRINGLS__STAGE_IF(springls__phi_is_from_springls, UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
-    { -1, springls__resamples, springls__orient },
-    { SPRINGLS_STAGE_CONTRACT, springls__resamples_last, springls__contract_now },
-    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_last, springls__resample },
-    { SPRINGLS_STAGE_FILL_GAPS, springls__resamples, springls__fill_gaps },
-    SPRINGLS__END
+    SPRINGLS__DO_IF(springls__resamples, springls__orient),
+    SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
+    SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__END_SUBSTEP
 };
 
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
-    SPRINGLS__BEGIN,
+    SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
-    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
+    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
-    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
-    { SPRINGLS_STAGE_FILL_GAPS, springls__not_one_to_one, springls__fill_gaps },
-    { SPRINGLS_STAGE_CONTRACT, springls__not_one_to_one, springls__contract_now },
-    { SPRINGLS_STAGE_RESAMPLE, springls__not_one_to_one, springls__resample },
-    SPRINGLS__END
+    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__END_SUBSTEP
 };
 
 static const springls__step_entry springls__advect_only[] = {
-    SPRINGLS__BEGIN,
+    SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
-    { -1, NULL, springls__substep_end }
+    SPRINGLS__DO(springls__substep_end)
 };
-
-#undef SPRINGLS__BEGIN
-#undef SPRINGLS__MOVE
-#undef SPRINGLS__FOLLOW
-#undef SPRINGLS__END
 
 SPRINGLS__FN void springls__first_entry(springls_context *ctx)
 {
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
+    ctx->step.next = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
                     : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
                                                               : springls__advect_only;
 }
@@ -11124,17 +11163,17 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
     float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->left == 0.0f) {
+    if (step->time_left == 0.0f) {
         step->active = false;
         return SPRINGLS_OK;
     }
-    step->left = (float)(step->end - ctx->time);
-    step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->left > 1e-6f * step->desc.dt) {
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
         springls__first_entry(ctx);
         return SPRINGLS_OK;
     }
-    ctx->time = step->end;
+    ctx->time = step->end_time;
     step->active = false;
     return SPRINGLS_OK;
 }
@@ -11145,49 +11184,71 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     springls__stepping *step = &ctx->step;
     const springls_step_desc *desc = &step->desc;
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->left = 0.0f;
-    step->part = desc->dt;
+    step->time_left = 0.0f;
+    step->longest_substep = desc->dt;
     springls__first_entry(ctx);
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->part = speed > 1e-6f ? limit / speed : 0.0f;
+        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }
     if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
                               SPRINGLS__MAX_SUBSTEPS);
-    step->left = desc->dt;
-    step->end = ctx->time + (double)desc->dt;
-    step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
+    step->time_left = desc->dt;
+    step->end_time = ctx->time + (double)desc->dt;
+    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
     return SPRINGLS_OK;
 }
 
-static const springls__step_entry springls__plan[] = { { -1, NULL, springls__plan_step } };
+static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
 
-/* ---- from row to row ---- */
+#undef SPRINGLS__DO
+#undef SPRINGLS__DO_IF
+#undef SPRINGLS__STAGE
+#undef SPRINGLS__STAGE_IF
+#undef SPRINGLS__REPEAT_WHILE
+#undef SPRINGLS__END_REPEAT
+#undef SPRINGLS__BEGIN_SUBSTEP
+#undef SPRINGLS__MOVE
+#undef SPRINGLS__FOLLOW
+#undef SPRINGLS__END_SUBSTEP
 
-/* The next row that is wanted begins. */
+/* ---- from entry to entry ---- */
+
+/* The entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
+SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
+{
+    for (;; entry++) {
+        if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
+            while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
+        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !entry->when(ctx))
+            while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
+        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
+    }
+}
+
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    while (step->row->when && !step->row->when(ctx)) step->row++;
-    step->stage = step->row->stage;
-    step->seconds = 0.0;
+    const springls__step_entry *entry = springls__due_entry(ctx, step->next);
+    step->next = entry + 1;
+    step->stage = entry->stage;
+    step->stage_seconds = 0.0;
     if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_phases(ctx, step->row->run);
-    step->row++;
+    springls__begin_phases(ctx, entry->run);
 }
 
 /* Goes on with the stage at work. Its clock stands still while nobody does. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
-    double started = springls__now(ctx) - step->seconds;
+    double started = springls__now(ctx) - step->stage_seconds;
     springls_status status;
     springls__use_device(ctx);
     status = springls__resume(ctx, until);
-    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->seconds = springls__now(ctx) - started;
+    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->stage_seconds = springls__now(ctx) - started;
     else springls__entry_end(ctx, started);
     return status;
 }
@@ -11227,7 +11288,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
-    ctx->step.row = springls__plan;
+    ctx->step.next = springls__plan;
     ctx->step.stage = -1;
     ctx->step.active = true;
     return SPRINGLS_OK;
@@ -15102,7 +15163,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1584 \"springls.h\"\n",
+    "#line 1583 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15226,7 +15287,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1708 \"springls.h\"\n",
+    "#line 1707 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -15252,7 +15313,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1735 \"springls.h\"\n",
+    "#line 1734 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -15399,7 +15460,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 1883 \"springls.h\"\n",
+    "#line 1882 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15414,7 +15475,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 1900 \"springls.h\"\n",
+    "#line 1897 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15538,13 +15599,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2024 \"springls.h\"\n",
+    "#line 2021 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2031 \"springls.h\"\n",
+    "#line 2028 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15556,7 +15617,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2044 \"springls.h\"\n",
+    "#line 2040 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15571,7 +15632,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2061 \"springls.h\"\n",
+    "#line 2056 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15615,7 +15676,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2107 \"springls.h\"\n",
+    "#line 2100 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15630,7 +15691,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2124 \"springls.h\"\n",
+    "#line 2115 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15674,7 +15735,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2168 \"springls.h\"\n",
+    "#line 2159 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -15746,7 +15807,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2241 \"springls.h\"\n",
+    "#line 2231 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15761,7 +15822,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2257 \"springls.h\"\n",
+    "#line 2247 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15820,7 +15881,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2317 \"springls.h\"\n",
+    "#line 2306 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15835,7 +15896,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2333 \"springls.h\"\n",
+    "#line 2321 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15894,7 +15955,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2393 \"springls.h\"\n",
+    "#line 2381 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
@@ -16137,7 +16198,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 2637 \"springls.h\"\n",
+    "#line 2625 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -16401,7 +16462,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2889 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16416,7 +16477,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2918 \"springls.h\"\n",
+    "#line 2905 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16428,7 +16489,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2931 \"springls.h\"\n",
+    "#line 2917 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16443,7 +16504,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2947 \"springls.h\"\n",
+    "#line 2932 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16455,7 +16516,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2960 \"springls.h\"\n",
+    "#line 2945 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
@@ -16653,100 +16714,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3470 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
-    "\n",
-    "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
-    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
-    "                                              float margin, int lo[3], int hi[3])\n",
-    "{\n",
-    "    springls__v3 lower, upper;\n",
-    "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
-    "    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;\n",
-    "    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;\n",
-    "    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;\n",
-    "    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;\n",
-    "    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;\n",
-    "    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;\n",
-    "    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;\n",
-    "    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;\n",
-    "    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;\n",
-    "    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;\n",
-    "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
-    "}\n",
-    "\n",
-    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
-    "   and radius, comes closer than row[i]. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row)\n",
-    "{\n",
-    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec best = springls__vec_load(row + i), within = best + radius;\n",
-    "        at.x = (float)x + springls__vec_from(i);\n",
-    "        d = springls__vec_sub(at, springls__vec_broadcast3(center));\n",
-    "        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;\n",
-    "        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));\n",
-    "        springls__vec_store(row + i, best);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
-    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
-    "{\n",
-    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
-    "}\n",
-    "\n",
-    "\n",
-    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
-    "                                             SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture_range;\n",
-    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
-    "    int origin[3], v, y, z;\n",
-    "    uint32_t k;\n",
-    "    (void)job;\n",
-    "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
-    "    if (!unknown) return;\n",
-    "    springls__slot_origin(g, g->active[i], origin);\n",
-    "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
-    "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
-    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
-    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
-    "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
-    "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
-    "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
-    "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
-    "        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
-    "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
-    "        for (z = z0; z <= z1; z++)\n",
-    "            for (y = y0; y <= y1; y++)\n",
-    "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
-    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];\n",
-    "}\n",
-    "\n",
-    "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    int slot = model->grid.active[i];\n",
-    "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
-    "}\n",
-    "#line 3564 \"springls.h\"\n",
+    "#line 3467 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16856,7 +16824,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 3675 \"springls.h\"\n",
+    "#line 3578 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16936,585 +16904,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 3756 \"springls.h\"\n",
-    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
-    "\n",
-    "typedef struct springls__relax_rule {\n",
-    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
-    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
-    "    float sharpness;                 /* lambda_c                                 */\n",
-    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
-    "} springls__relax_rule;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
-    "{\n",
-    "    springls__relax_rule rule;\n",
-    "    rule.rest = 2.0f * params->particle_radius;\n",
-    "    rule.radius = params->neighbor_radius;\n",
-    "    rule.d_max = params->d_max;\n",
-    "    rule.kappa_int = params->kappa_int;\n",
-    "    rule.kappa_ext = params->kappa_ext;\n",
-    "    rule.sharpness = params->sharpness;\n",
-    "    rule.step_length = params->relax_step_length;\n",
-    "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = (int)params->threshold;\n",
-    "    rule.weight = (int)params->weight;\n",
-    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
-    "    return rule;\n",
-    "}\n",
-    "\n",
-    "#line 3785 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3802 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v turned (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
-    "}\n",
-    "#line 3972 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3989 \"springls.h\"\n",
-    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
-    "\n",
-    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    const float h = b - a;\n",
-    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
-    "{\n",
-    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
-    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
-    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
-    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
-    "}\n",
-    "\n",
-    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
-    "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
-    "}\n",
-    "\n",
-    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
-    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
-    "{\n",
-    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
-    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "}\n",
-    "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
-    "typedef struct SPRINGLS__W(edges) {\n",
-    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
-    "} SPRINGLS__W(edges);\n",
-    "\n",
-    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
-    "   Returns whether any lane has one. */\n",
-    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        edges->a[0][lane] = a.x;\n",
-    "        edges->a[1][lane] = a.y;\n",
-    "        edges->a[2][lane] = a.z;\n",
-    "        edges->b[0][lane] = b.x;\n",
-    "        edges->b[1][lane] = b.y;\n",
-    "        edges->b[2][lane] = b.z;\n",
-    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
-    "        some = some || code >= 0;\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__W(edges) edges;\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
-    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
-    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
-    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
-    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
-    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
-    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
-    "    }\n",
-    "    return SPRINGLS__W(thresholded)(rule, c);\n",
-    "}\n",
-    "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
-    "typedef struct SPRINGLS__W(turn) {\n",
-    "    SPRINGLS__NUM3 axis;\n",
-    "    SPRINGLS__NUM sine, cosine;\n",
-    "    SPRINGLS__COND some;\n",
-    "} SPRINGLS__W(turn);\n",
-    "\n",
-    "/* Returns the turn by |w| radians about w. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
-    "{\n",
-    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    turn.some = angle >= 1e-7f;\n",
-    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
-    "    return turn;\n",
-    "}\n",
-    "\n",
-    "/* Returns v turned (Rodrigues). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
-    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
-    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
-    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
-    "}\n",
-    "\n",
-    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
-    "                                                            const SPRINGLS__NUM3 *g)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM length[3];\n",
-    "    SPRINGLS__W(turn) turn;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM arm;\n",
-    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
-    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
-    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
-    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
-    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
-    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
-    "    }\n",
-    "    return SPRINGLS__W(springl_finished)(s);\n",
-    "}\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
-    "    SPRINGLS__NUM3 g[3];\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++)\n",
-    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
-    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
-    "}\n",
-    "#line 4157 \"springls.h\"\n",
-    "\n",
-    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    (void)job;\n",
-    "    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];\n",
-    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
-    "}\n",
-    "\n",
-    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
-    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)\n",
-    "{\n",
-    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
-    "    int i;\n",
-    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
-    "        springls__vec_relax_springl(model, rule, begin);\n",
-    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
-    "            if (model->set.mask[i]) springls__relax_element(model, job, i);\n",
-    "    }\n",
-    "    for (; begin < end; begin++) springls__relax_element(model, job, begin);\n",
-    "}\n",
-    "\n",
-    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
-    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
-    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
-    "    (void)job;\n",
-    "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    s.q[1] = s.q[2];\n",
-    "    s.q[2] = q;\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
-    "}\n",
-    "#line 4194 \"springls.h\"\n",
-    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
-    "\n",
-    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
-    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
-    "{\n",
-    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
-    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
-    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
-    "    float s = r * r;\n",
-    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
-    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
-    "    if (ay > ax) a = 1.57079633f - a;\n",
-    "    if (x < 0.0f) a = 3.14159265f - a;\n",
-    "    return y < 0.0f ? -a : a;\n",
-    "}\n",
-    "\n",
-    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
-    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
-    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
-    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
-    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
-    "    return 2.0f * springls__atan2(volume, angle);\n",
-    "}\n",
-    "#line 4221 \"springls.h\"\n",
-    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
-    "   two of them opens, springls are missing or the surface ends. */\n",
-    "\n",
-    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
-    "\n",
-    "typedef struct springls__angular_gaps {\n",
-    "    springls__v3 e1, e2;             /* the tangent frame */\n",
-    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
-    "    int count;\n",
-    "} springls__angular_gaps;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
-    "{\n",
-    "    springls__angular_gaps fan;\n",
-    "    fan.e1 = springls__any_tangent(n);\n",
-    "    fan.e2 = springls__cross(n, fan.e1);\n",
-    "    fan.count = 0;\n",
-    "    return fan;\n",
-    "}\n",
-    "\n",
-    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)\n",
-    "{\n",
-    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
-    "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;\n",
-    "    angle = springls__atan2(v, u);\n",
-    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
-    "    fan.angle[i] = angle;\n",
-    "    fan.count++;\n",
-    "    return fan;\n",
-    "}\n",
-    "\n",
-    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
-    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)\n",
-    "{\n",
-    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
-    "    springls__widest_gap opening;\n",
-    "    float from, middle;\n",
-    "    int i;\n",
-    "    opening.angle = turn;\n",
-    "    opening.second = 0.0f;\n",
-    "    opening.middle = fan.e1;\n",
-    "    if (fan.count == 0) return opening;\n",
-    "    from = fan.angle[fan.count - 1];\n",
-    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < fan.count; i++) {\n",
-    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
-    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
-    "        if (angle <= opening.angle) continue;\n",
-    "        opening.angle = angle;\n",
-    "        from = fan.angle[i - 1];\n",
-    "    }\n",
-    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
-    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
-    "    return opening;\n",
-    "}\n",
-    "\n",
-    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two sides open, its end and a drop nearly all. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)\n",
-    "{\n",
-    "    const float degree = 0.0174532925f;\n",
-    "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
-    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
-    "}\n",
-    "#line 4291 \"springls.h\"\n",
-    "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
-    "\n",
-    "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
-    "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    int i, nearest = -1;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float d2, reach = radius + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
-    "            best = d2;\n",
-    "            nearest = i;\n",
-    "        }\n",
-    "    }\n",
-    "    return nearest;\n",
-    "}\n",
-    "\n",
-    "/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
-    "{\n",
-    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);\n",
-    "    }\n",
-    "    return springls__angular_gaps_widest(fan);\n",
-    "}\n",
-    "\n",
-    "/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become\n",
-    "   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */\n",
-    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
-    "{\n",
-    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);\n",
-    "    }\n",
-    "    return springls__spans_sheet(fan) != 0;\n",
-    "}\n",
-    "#line 4345 \"springls.h\"\n",
+    "#line 3659 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17688,7 +17078,175 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4520 \"springls.h\"\n",
+    "#line 3834 \"springls.h\"\n",
+    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
+    "\n",
+    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
+    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
+    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
+    "{\n",
+    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
+    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
+    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
+    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
+    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
+    "    float g2 = x * x + y * y + z * z;\n",
+    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
+    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
+    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns f times the upwind difference of phi along one axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "}\n",
+    "\n",
+    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
+    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
+    "   smooth at the surface where omega has a kink. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "{\n",
+    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
+    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
+    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
+    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
+    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
+    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "}\n",
+    "\n",
+    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
+    "        if (springls__vec_any(inside))\n",
+    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* phi_next from phi and omega. */\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
+    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
+    "    float block[27];\n",
+    "    int row, x, d;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
+    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
+    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
+    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "#line 3908 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
+    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
+    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
+    "    float s = r * r;\n",
+    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    if (ay > ax) a = 1.57079633f - a;\n",
+    "    if (x < 0.0f) a = 3.14159265f - a;\n",
+    "    return y < 0.0f ? -a : a;\n",
+    "}\n",
+    "\n",
+    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
+    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
+    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
+    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
+    "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 3935 \"springls.h\"\n",
+    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
+    "   two of them opens, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "\n",
+    "typedef struct springls__angular_gaps {\n",
+    "    springls__v3 e1, e2;             /* the tangent frame */\n",
+    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__angular_gaps;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__angular_gaps fan;\n",
+    "    fan.e1 = springls__any_tangent(n);\n",
+    "    fan.e2 = springls__cross(n, fan.e1);\n",
+    "    fan.count = 0;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
+    "    fan.angle[i] = angle;\n",
+    "    fan.count++;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
+    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)\n",
+    "{\n",
+    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    springls__widest_gap opening;\n",
+    "    float from, middle;\n",
+    "    int i;\n",
+    "    opening.angle = turn;\n",
+    "    opening.second = 0.0f;\n",
+    "    opening.middle = fan.e1;\n",
+    "    if (fan.count == 0) return opening;\n",
+    "    from = fan.angle[fan.count - 1];\n",
+    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < fan.count; i++) {\n",
+    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
+    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
+    "        if (angle <= opening.angle) continue;\n",
+    "        opening.angle = angle;\n",
+    "        from = fan.angle[i - 1];\n",
+    "    }\n",
+    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
+    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
+    "    return opening;\n",
+    "}\n",
+    "\n",
+    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two sides open, its end and a drop nearly all. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)\n",
+    "{\n",
+    "    const float degree = 0.0174532925f;\n",
+    "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
+    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
+    "}\n",
+    "#line 4005 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -17810,7 +17368,60 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4643 \"springls.h\"\n",
+    "#line 4128 \"springls.h\"\n",
+    "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
+    "\n",
+    "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, nearest = -1;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
+    "        float d2, reach = radius + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
+    "            best = d2;\n",
+    "            nearest = i;\n",
+    "        }\n",
+    "    }\n",
+    "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
+    "{\n",
+    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);\n",
+    "    }\n",
+    "    return springls__angular_gaps_widest(fan);\n",
+    "}\n",
+    "\n",
+    "/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become\n",
+    "   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */\n",
+    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "{\n",
+    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
+    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);\n",
+    "    }\n",
+    "    return springls__spans_sheet(fan) != 0;\n",
+    "}\n",
+    "#line 4182 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -17826,7 +17437,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4660 \"springls.h\"\n",
+    "#line 4198 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17841,7 +17452,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4677 \"springls.h\"\n",
+    "#line 4214 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17852,7 +17463,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4690 \"springls.h\"\n",
+    "#line 4225 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17867,7 +17478,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4707 \"springls.h\"\n",
+    "#line 4240 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17878,7 +17489,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4718 \"springls.h\"\n",
+    "#line 4251 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -17977,7 +17588,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4818 \"springls.h\"\n",
+    "#line 4351 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18387,7 +17998,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5229 \"springls.h\"\n",
+    "#line 4762 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18485,651 +18096,420 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5328 \"springls.h\"\n",
-    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
+    "#line 4861 \"springls.h\"\n",
+    "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
-    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
-    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
+    "/* A springl to be. */\n",
+    "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
+    "\n",
+    "/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */\n",
+    "#define SPRINGLS__SEED_DISTANCE 0.7f\n",
+    "#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
-    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
-    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
-    "    if (ab >= bc && ab >= ca) return 0;\n",
-    "    return bc >= ca ? 1 : 2;\n",
+    "    const float r = SPRINGLS__SEED_DISTANCE;\n",
+    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
+    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
     "{\n",
-    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
-    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
-    "}\n",
-    "\n",
-    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
-    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
-    "{\n",
-    "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, part;\n",
-    "    springls__v3 middle;\n",
-    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
-    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
-    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    part.a = second ? middle : turned.a;\n",
-    "    part.b = second ? turned.b : middle;\n",
-    "    part.c = turned.c;\n",
-    "    return part;\n",
-    "}\n",
-    "\n",
-    "/* A springl that has been split in two; and where the halves have to go. */\n",
-    "typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;\n",
-    "\n",
-    "/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and\n",
-    "   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */\n",
-    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
-    "{\n",
-    "    springls__half child;\n",
-    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
-    "    springls__fit_result fit;\n",
-    "    int m;\n",
-    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
-    "    child.a = model->set.a[i];\n",
-    "    child.pad = 0.0f;\n",
-    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
-    "        if (fit.ok) {\n",
-    "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "            child.s.p = fit.point;\n",
-    "            child.s = springls__springl_finished(child.s);\n",
-    "            child.a = springls__project_on_original(model, fit.a);\n",
-    "        }\n",
+    "    const float r = SPRINGLS__SEED_DISTANCE;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
+    "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
     "    }\n",
-    "    return child;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)\n",
-    "{\n",
-    "    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge\n",
-    "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
-    "}\n",
-    "\n",
-    "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
-    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,\n",
-    "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
-    "                                                                                     : 0u;\n",
-    "}\n",
-    "\n",
-    "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
-    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
-    "    halves[2u * at] = springls__child_of(model, i, 0);\n",
-    "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
-    "}\n",
-    "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
-    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
-    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
-    "    springls__half first, second;\n",
-    "    int n = model->set.count + (int)at;\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
-    "    first = halves[2u * at];\n",
-    "    second = halves[2u * at + 1u];\n",
-    "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
-    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
-    "    model->set.parent[n] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model,\n",
-    "                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
-    "    model->set.birth[n] = model->set.birth[i];\n",
-    "    model->set.s[i] = first.s;\n",
-    "    model->set.a[i] = first.a;\n",
-    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
-    "}\n",
-    "#line 5435 \"springls.h\"\n",
-    "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
-    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
-    "\n",
-    "/* Blocks closer than this to a springl stop the background. */\n",
-    "#define SPRINGLS__SHELL 1.5f\n",
-    "\n",
-    "/* Of a brick. */\n",
-    "#define SPRINGLS__OPEN 0\n",
-    "#define SPRINGLS__BLOCKED 1\n",
-    "#define SPRINGLS__BACKGROUND 2\n",
-    "\n",
-    "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,\n",
-    "                                                   SPRINGLS__LOCAL float *nearest)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const springls__group group = model->group;\n",
-    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float least = FLT_MAX;\n",
-    "    int row, v;\n",
-    "    (void)job;\n",
-    "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    nearest[group.item] = least;\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
-    "    if (group.item == 0)\n",
-    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
-    "}\n",
-    "\n",
-    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
-    "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
-    "{\n",
-    "    int hi[3], x, y, z, axis;\n",
-    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);\n",
-    "    for (z = at[2]; z < hi[2]; z++)\n",
-    "        for (y = at[1]; y < hi[1]; y++)\n",
-    "            for (x = at[0]; x < hi[0]; x++)\n",
-    "                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
-    "    for (z = at[2]; z < hi[2]; z++)\n",
-    "        for (y = at[1]; y < hi[1]; y++)\n",
-    "            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */\n",
-    "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
+    "/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */\n",
+    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
     "{\n",
-    "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
-    "}\n",
-    "\n",
-    "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
-    "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
-    "   axes makes no difference to where growth ends. */\n",
-    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];\n",
-    "    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
-    "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
-    "    int at[3], k;\n",
-    "    bool at_border, before = true, grew = false;\n",
-    "    at[b] = i % across * step;\n",
-    "    at[c] = i / across * step;\n",
-    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];\n",
-    "    for (k = 0; k < 2 * along; k++) {\n",
-    "        bool background;\n",
-    "        if (k == along) before = true;\n",
-    "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
-    "        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
-    "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
-    "        before = background;\n",
+    "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
+    "    float weight = 0.0f, value = 0.0f;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
+    "        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        weight += say.weight;\n",
+    "        value += say.weight * say.distance * say.distance;\n",
     "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;\n",
+    "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
     "}\n",
     "\n",
-    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,\n",
-    "                                                  SPRINGLS__LOCAL float *memory)\n",
+    "/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface\n",
+    "   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */\n",
+    "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
-    "    int slot = g->top[i], row, v;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
+    "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
+    "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
+    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(*s), x;\n",
+    "    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__fit_result fit;\n",
+    "    springls__seed seed;\n",
+    "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
+    "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
+    "    x = springls__mad(s->p, opening.middle, away);\n",
+    "    if (!springls__has_room(model, x, n)) return seed;\n",
+    "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
+    "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
+    "    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
+    "    seed.p = fit.point;\n",
+    "    seed.n = fit.normal;\n",
+    "    seed.toward = springls__sub(s->p, fit.point);\n",
+    "    seed.a = springls__project_on_original(model, fit.a);\n",
+    "    seed.ok = 1;\n",
+    "    return seed;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
+    "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__seed seed = springls__seed_beside(model, i);\n",
     "    (void)job;\n",
-    "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all know the slot */\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
+    "    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
+    "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
+    "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
+    "SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)\n",
     "{\n",
-    "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Is the background beside a block of b^3 voxels? */\n",
-    "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
-    "{\n",
-    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
-    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
-    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
-    "}\n",
-    "\n",
-    "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
-    "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,\n",
-    "                                            SPRINGLS__LOCAL float *grown)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const springls__group group = model->group;\n",
-    "    const int b = job.i[0], across = 8 / b;\n",
-    "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
-    "    float grew = 0.0f;\n",
-    "    int o[3], block, v;\n",
-    "    springls__slot_origin(g, g->active[index], o);\n",
-    "    for (block = group.item; block < across * across * across; block += group.items) {\n",
-    "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
-    "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
-    "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
-    "            float nearest = FLT_MAX;\n",
-    "            for (k = z; k < z + b; k++)\n",
-    "                for (j = y; j < y + b; j++)\n",
-    "                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
-    "            background = nearest > SPRINGLS__SHELL;\n",
-    "            if (background) grew = 1.0f;\n",
-    "        }\n",
-    "        for (k = z; k < z + b; k++)\n",
-    "            for (j = y; j < y + b; j++)\n",
-    "                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;\n",
+    "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];\n",
+    "    springls__seed seed = seeds[i];\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
+    "    uint8_t decided = SPRINGLS__KEEP;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        if (other >= i || fate[other] == SPRINGLS__REMOVE\n",
+    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
+    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    grown[group.item] = grew;\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
+    "    return decided;\n",
     "}\n",
     "\n",
-    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
-    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
+    "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
-    "    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));\n",
-    "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
-    "}\n",
-    "\n",
-    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
-    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
-    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
-    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
-    "        springls__vmask counts;\n",
-    "        at.x = (float)x + springls__vec_from(i);\n",
-    "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
-    "        counts = (nearest < capture) & (d2 < within * within);\n",
-    "        if (!springls__vec_any(counts)) continue;\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture_range;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int y, z, row, v, o[3];\n",
-    "    uint32_t k;\n",
+    "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];\n",
     "    (void)job;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
-    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
-    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
-    "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
-    "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
-    "        for (z = z0; z <= z1; z++)\n",
-    "            for (y = y0; y <= y1; y++) {\n",
-    "                v = 8 * y + 64 * z;\n",
-    "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
-    "            }\n",
-    "    }\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
-    "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;\n",
     "}\n",
     "\n",
-    "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
-    "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
+    "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
+    "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,\n",
-    "                                                 SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
-    "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
-    "    int row, v;\n",
     "    (void)job;\n",
-    "    (void)memory;\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
-    "}\n",
-    "#line 5657 \"springls.h\"\n",
-    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
-    "\n",
-    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
-    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
-    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
-    "{\n",
-    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
-    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
-    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
-    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
-    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
-    "    float g2 = x * x + y * y + z * z;\n",
-    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
-    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
-    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =\n",
+    "        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* Returns f times the upwind difference of phi along one axis. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "/* The first job.i[0] accepted seeds become springls. */\n",
+    "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
+    "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    int n = model->set.count + (int)at;\n",
+    "    springls__tri t;\n",
+    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
+    "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
+    "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
+    "#line 4991 \"springls.h\"\n",
+    "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
+    "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
+    "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
+    "     - two inside corners that are diagonal on a face, or opposite in the cube, are never joined;\n",
+    "     - two opposite outside corners are joined by a tube through the ring of inside corners between them.\n",
+    "   Corner c of a cube is at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + k runs along axis a in the direction of growing\n",
+    "   coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:\n",
+    "   their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a\n",
+    "   closed manifold wherever the border of the grid is outside. At most six triangles a cube. */\n",
     "\n",
-    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
-    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
-    "   smooth at the surface where omega has a kink. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;\n",
+    "\n",
+    "/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
+    "SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {\n",
+    "    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,\n",
+    "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,\n",
+    "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 2, 4, 3, 3, 4, 4, 5, 4, 3, 5, 2,\n",
+    "    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4, 3, 4, 4, 3, 4, 3, 5, 2, 4, 5, 5, 4, 5, 4, 6, 1,\n",
+    "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4,\n",
+    "    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 2, 3, 4, 5, 3, 2, 3, 4, 4, 3, 4, 5, 5, 4, 4, 5, 3, 2, 5, 6, 4, 1,\n",
+    "    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 2, 3, 3, 2, 3, 4, 4, 5, 4, 3, 5, 4, 4, 5, 5, 6, 3, 2, 4, 1,\n",
+    "    3, 4, 4, 5, 4, 5, 5, 6, 4, 5, 3, 4, 3, 4, 2, 1, 2, 3, 3, 2, 3, 2, 4, 1, 3, 4, 2, 1, 2, 1, 1, 0\n",
+    "};\n",
+    "\n",
+    "SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {\n",
+    "    {0}, {0,4,8}, {0,9,5}, {4,8,5, 8,9,5}, {1,10,4}, {0,1,8, 1,10,8}, {0,9,5, 1,10,4}, {1,8,5, 1,10,8, 8,9,5}, {1,5,11},\n",
+    "    {0,4,8, 1,5,11}, {0,9,1, 9,11,1}, {1,9,11, 1,4,9, 4,8,9}, {4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10},\n",
+    "    {0,11,4, 0,9,11, 11,10,4}, {8,9,10, 9,11,10}, {2,8,6}, {0,4,2, 4,6,2}, {0,9,5, 2,8,6}, {2,4,6, 2,9,4, 9,5,4},\n",
+    "    {1,10,4, 2,8,6}, {0,6,2, 0,10,6, 0,1,10}, {0,9,5, 1,10,4, 2,8,6}, {1,10,5, 10,6,5, 6,2,5, 2,9,5}, {1,5,11, 2,8,6},\n",
+    "    {0,4,2, 4,6,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,6}, {1,6,11, 1,4,6, 6,2,11, 2,9,11}, {2,8,6, 4,5,10, 5,11,10},\n",
+    "    {0,5,2, 5,11,2, 11,6,2, 11,10,6}, {0,11,4, 0,9,11, 11,10,4, 2,8,6}, {2,11,6, 2,9,11, 11,10,6}, {2,7,9}, {0,4,8, 2,7,9},\n",
+    "    {0,2,5, 2,7,5}, {2,5,8, 2,7,5, 5,4,8}, {1,10,4, 2,7,9}, {0,1,8, 1,10,8, 2,7,9}, {0,2,5, 2,7,5, 1,10,4},\n",
+    "    {1,8,5, 1,10,8, 8,2,5, 2,7,5}, {1,5,11, 2,7,9}, {0,4,8, 1,5,11, 2,7,9}, {0,11,1, 0,7,11, 0,2,7},\n",
+    "    {1,4,11, 4,8,11, 8,2,11, 2,7,11}, {2,7,9, 4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10, 2,7,9},\n",
+    "    {0,2,4, 2,10,4, 2,7,10, 7,11,10}, {2,10,8, 2,7,10, 7,11,10}, {6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9}, {0,7,5, 0,8,7, 8,6,7},\n",
+    "    {4,6,5, 6,7,5}, {1,10,4, 6,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,10,7, 10,6,7}, {0,7,5, 0,8,7, 8,6,7, 1,10,4},\n",
+    "    {1,7,5, 1,10,7, 10,6,7}, {1,5,11, 6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9, 1,5,11}, {0,8,1, 8,6,1, 6,11,1, 6,7,11},\n",
+    "    {1,6,11, 1,4,6, 6,7,11}, {4,5,10, 5,11,10, 6,7,8, 7,9,8}, {0,6,9, 0,10,6, 0,5,10, 5,11,10, 6,7,9},\n",
+    "    {0,11,4, 0,7,11, 0,8,7, 8,6,7, 11,10,4}, {6,7,10, 7,11,10}, {3,6,10}, {0,4,8, 3,6,10}, {0,9,5, 3,6,10},\n",
+    "    {3,6,10, 4,8,5, 8,9,5}, {1,3,4, 3,6,4}, {0,1,8, 1,6,8, 1,3,6}, {0,9,5, 1,3,4, 3,6,4}, {1,3,5, 3,9,5, 3,6,9, 6,8,9},\n",
+    "    {1,5,11, 3,6,10}, {0,4,8, 1,5,11, 3,6,10}, {0,9,1, 9,11,1, 3,6,10}, {1,9,11, 1,4,9, 4,8,9, 3,6,10},\n",
+    "    {3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8}, {0,11,4, 0,9,11, 11,3,4, 3,6,4}, {3,9,11, 3,6,9, 6,8,9},\n",
+    "    {2,8,3, 8,10,3}, {0,4,2, 4,10,2, 10,3,2}, {0,9,5, 2,8,3, 8,10,3}, {2,9,3, 9,5,3, 5,10,3, 5,4,10}, {1,3,4, 3,8,4, 3,2,8},\n",
+    "    {0,1,2, 1,3,2}, {0,9,5, 1,3,4, 3,8,4, 3,2,8}, {1,3,5, 3,9,5, 3,2,9}, {1,5,11, 2,8,3, 8,10,3},\n",
+    "    {0,4,2, 4,10,2, 10,3,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,3, 8,10,3}, {1,9,11, 1,4,9, 4,2,9, 4,10,2, 10,3,2},\n",
+    "    {2,8,3, 8,4,3, 4,11,3, 4,5,11}, {0,5,2, 5,11,2, 11,3,2}, {0,11,4, 0,9,11, 11,3,4, 3,8,4, 3,2,8}, {2,9,3, 9,11,3},\n",
+    "    {2,7,9, 3,6,10}, {0,4,8, 2,7,9, 3,6,10}, {0,2,5, 2,7,5, 3,6,10}, {2,5,8, 2,7,5, 5,4,8, 3,6,10}, {1,3,4, 3,6,4, 2,7,9},\n",
+    "    {0,1,8, 1,6,8, 1,3,6, 2,7,9}, {0,2,5, 2,7,5, 1,3,4, 3,6,4}, {1,8,5, 1,6,8, 1,3,6, 8,2,5, 2,7,5}, {1,5,11, 2,7,9, 3,6,10},\n",
+    "    {0,4,8, 1,5,11, 2,7,9, 3,6,10}, {0,11,1, 0,7,11, 0,2,7, 3,6,10}, {1,4,11, 4,8,11, 8,2,11, 2,7,11, 3,6,10},\n",
+    "    {2,7,9, 3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8, 2,7,9}, {0,11,4, 0,7,11, 0,2,7, 11,3,4, 3,6,4},\n",
+    "    {2,7,8, 7,11,8, 11,3,8, 3,6,8}, {3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9}, {0,10,5, 0,8,10, 10,3,5, 3,7,5},\n",
+    "    {3,5,10, 3,7,5, 5,4,10}, {1,3,4, 3,8,4, 3,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,3,7}, {0,7,5, 0,8,7, 8,3,7, 8,4,3, 4,1,3},\n",
+    "    {1,3,5, 3,7,5}, {1,5,11, 3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9, 1,5,11},\n",
+    "    {0,11,1, 0,7,11, 0,8,7, 8,3,7, 8,10,3}, {1,4,11, 4,7,11, 4,10,7, 10,3,7}, {3,4,11, 3,8,4, 3,7,8, 7,9,8, 4,5,11},\n",
+    "    {0,3,9, 0,5,3, 5,11,3, 3,7,9}, {0,8,7, 8,4,3, 4,0,11, 3,7,8, 7,11,0, 11,3,4}, {3,7,11}, {3,11,7}, {0,4,8, 3,11,7},\n",
+    "    {0,9,5, 3,11,7}, {3,11,7, 4,8,5, 8,9,5}, {1,10,4, 3,11,7}, {0,1,8, 1,10,8, 3,11,7}, {0,9,5, 1,10,4, 3,11,7},\n",
+    "    {1,8,5, 1,10,8, 8,9,5, 3,11,7}, {1,5,3, 5,7,3}, {0,4,8, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1},\n",
+    "    {1,4,3, 4,8,3, 8,7,3, 8,9,7}, {3,5,7, 3,10,5, 10,4,5}, {0,7,8, 0,5,7, 7,3,8, 3,10,8}, {0,9,4, 9,7,4, 7,3,4, 3,10,4},\n",
+    "    {3,8,7, 3,10,8, 8,9,7}, {2,8,6, 3,11,7}, {0,4,2, 4,6,2, 3,11,7}, {0,9,5, 2,8,6, 3,11,7}, {2,4,6, 2,9,4, 9,5,4, 3,11,7},\n",
+    "    {1,10,4, 2,8,6, 3,11,7}, {0,6,2, 0,10,6, 0,1,10, 3,11,7}, {0,9,5, 1,10,4, 2,8,6, 3,11,7},\n",
+    "    {1,10,5, 10,6,5, 6,2,5, 2,9,5, 3,11,7}, {1,5,3, 5,7,3, 2,8,6}, {0,4,2, 4,6,2, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1, 2,8,6},\n",
+    "    {1,7,3, 1,9,7, 1,4,9, 4,2,9, 4,6,2}, {2,8,6, 3,5,7, 3,10,5, 10,4,5}, {0,6,2, 0,10,6, 0,5,10, 5,3,10, 5,7,3},\n",
+    "    {0,9,4, 9,7,4, 7,3,4, 3,10,4, 2,8,6}, {2,9,6, 9,10,6, 9,7,10, 7,3,10}, {2,3,9, 3,11,9}, {0,4,8, 2,3,9, 3,11,9},\n",
+    "    {0,2,5, 2,11,5, 2,3,11}, {2,3,8, 3,4,8, 3,11,4, 11,5,4}, {1,10,4, 2,3,9, 3,11,9}, {0,1,8, 1,10,8, 2,3,9, 3,11,9},\n",
+    "    {0,2,5, 2,11,5, 2,3,11, 1,10,4}, {1,8,5, 1,10,8, 8,2,5, 2,11,5, 2,3,11}, {1,5,3, 5,9,3, 9,2,3},\n",
+    "    {0,4,8, 1,5,3, 5,9,3, 9,2,3}, {0,2,1, 2,3,1}, {1,4,3, 4,8,3, 8,2,3}, {2,3,9, 3,5,9, 3,10,5, 10,4,5},\n",
+    "    {0,10,8, 0,5,10, 5,3,10, 5,9,3, 9,2,3}, {0,2,4, 2,10,4, 2,3,10}, {2,3,8, 3,10,8}, {3,9,6, 3,11,9, 9,8,6},\n",
+    "    {0,6,9, 0,4,6, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5}, {3,4,6, 3,11,4, 11,5,4}, {1,10,4, 3,9,6, 3,11,9, 9,8,6},\n",
+    "    {0,6,9, 0,10,6, 0,1,10, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5, 1,10,4}, {1,10,5, 10,6,5, 6,3,5, 3,11,5},\n",
+    "    {1,5,3, 5,9,3, 9,6,3, 9,8,6}, {0,6,9, 0,4,6, 6,3,9, 3,5,9, 3,1,5}, {0,8,1, 8,6,1, 6,3,1}, {1,4,3, 4,6,3},\n",
+    "    {3,9,6, 3,5,9, 3,10,5, 10,4,5, 9,8,6}, {0,5,10, 5,9,3, 9,0,6, 3,10,5, 10,6,0, 6,3,9}, {0,3,4, 0,8,3, 8,6,3, 3,10,4},\n",
+    "    {3,10,6}, {6,10,7, 10,11,7}, {0,4,8, 6,10,7, 10,11,7}, {0,9,5, 6,10,7, 10,11,7}, {4,8,5, 8,9,5, 6,10,7, 10,11,7},\n",
+    "    {1,6,4, 1,11,6, 11,7,6}, {0,1,8, 1,6,8, 1,11,6, 11,7,6}, {0,9,5, 1,6,4, 1,11,6, 11,7,6},\n",
+    "    {1,8,5, 1,6,8, 1,11,6, 11,7,6, 8,9,5}, {1,7,10, 1,5,7, 7,6,10}, {0,4,8, 1,7,10, 1,5,7, 7,6,10},\n",
+    "    {0,9,1, 9,7,1, 7,10,1, 7,6,10}, {1,7,10, 1,9,7, 1,4,9, 4,8,9, 7,6,10}, {4,5,6, 5,7,6}, {0,7,8, 0,5,7, 7,6,8},\n",
+    "    {0,6,4, 0,9,6, 9,7,6}, {6,8,7, 8,9,7}, {2,10,7, 2,8,10, 10,11,7}, {0,4,2, 4,10,2, 10,7,2, 10,11,7},\n",
+    "    {0,9,5, 2,10,7, 2,8,10, 10,11,7}, {2,10,7, 2,4,10, 2,9,4, 9,5,4, 10,11,7}, {1,11,4, 11,7,4, 7,2,4, 2,8,4},\n",
+    "    {0,7,2, 0,11,7, 0,1,11}, {0,9,5, 1,11,4, 11,7,4, 7,2,4, 2,8,4}, {1,2,5, 1,11,2, 11,7,2, 2,9,5},\n",
+    "    {1,7,10, 1,5,7, 7,2,10, 2,8,10}, {0,4,2, 4,10,2, 10,7,2, 10,1,7, 1,5,7}, {0,9,1, 9,7,1, 7,10,1, 7,2,10, 2,8,10},\n",
+    "    {1,4,9, 4,10,2, 10,1,7, 2,9,4, 9,7,1, 7,2,10}, {2,5,7, 2,8,5, 8,4,5}, {0,5,2, 5,7,2}, {0,9,4, 9,7,4, 7,2,4, 2,8,4},\n",
+    "    {2,9,7}, {2,11,9, 2,6,11, 6,10,11}, {0,4,8, 2,11,9, 2,6,11, 6,10,11}, {0,2,5, 2,11,5, 2,6,11, 6,10,11},\n",
+    "    {2,5,8, 2,11,5, 2,6,11, 6,10,11, 5,4,8}, {1,9,4, 1,11,9, 9,2,4, 2,6,4}, {0,1,8, 1,6,8, 1,11,6, 11,2,6, 11,9,2},\n",
+    "    {0,2,5, 2,11,5, 2,6,11, 6,1,11, 6,4,1}, {1,11,6, 11,5,2, 5,1,8, 2,6,11, 6,8,1, 8,2,5}, {1,5,10, 5,9,10, 9,2,10, 2,6,10},\n",
+    "    {0,4,8, 1,5,10, 5,9,10, 9,2,10, 2,6,10}, {0,10,1, 0,6,10, 0,2,6}, {1,2,10, 1,4,2, 4,8,2, 2,6,10}, {2,4,9, 2,6,4, 4,5,9},\n",
+    "    {0,5,8, 5,6,8, 5,9,6, 9,2,6}, {0,2,4, 2,6,4}, {2,6,8}, {8,10,9, 10,11,9}, {0,11,9, 0,4,11, 4,10,11},\n",
+    "    {0,10,5, 0,8,10, 10,11,5}, {4,10,5, 10,11,5}, {1,9,4, 1,11,9, 9,8,4}, {0,1,9, 1,11,9}, {0,8,5, 8,11,5, 8,4,11, 4,1,11},\n",
+    "    {1,11,5}, {1,8,10, 1,5,8, 5,9,8}, {0,4,9, 4,10,9, 10,1,9, 1,5,9}, {0,8,1, 8,10,1}, {1,4,10}, {4,5,8, 5,9,8}, {0,5,9},\n",
+    "    {0,8,4}, {0}\n",
+    "};\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }\n",
+    "\n",
+    "/* The case of a cube: bit c is set when corner c is inside. */\n",
+    "SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)\n",
     "{\n",
-    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
-    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
-    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
-    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
-    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
-    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
-    "}\n",
-    "\n",
-    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec c = springls__vec_load(phi + i);\n",
-    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside))\n",
-    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
-    "        springls__vec_store(out + i, c);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* phi_next from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
-    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
-    "    float block[27];\n",
-    "    int row, x, d;\n",
-    "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
-    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
-    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
-    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
-    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
-    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
-    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "#line 5731 \"springls.h\"\n",
-    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
-    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
-    "\n",
-    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
-    "}\n",
-    "\n",
-    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
-    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int faces = mask27 & 0x0415410u;\n",
-    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
-    "    }\n",
-    "    return faces != 0u && (faces & ~part) == 0u;\n",
-    "}\n",
-    "\n",
-    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
-    "    }\n",
-    "    return outside != 0u && part == outside;\n",
-    "}\n",
-    "\n",
-    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
-    "{\n",
-    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
-    "{\n",
-    "    unsigned mask = 0;\n",
-    "    int d;\n",
-    "    for (d = 0; d < 27; d++)\n",
-    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    int mask = 0, c;\n",
+    "    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;\n",
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
-    "   live in phi, which receives what is granted of what phi_next asks for. */\n",
-    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }\n",
+    "\n",
+    "/* The edge that carries vertex 0, 1 or 2 of a triangle. */\n",
+    "SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int colour = job.i[0], x, y, z, o[3];\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (z = colour >> 2; z < 8; z += 2)\n",
-    "        for (y = colour >> 1 & 1; y < 8; y += 2)\n",
-    "            for (x = colour & 1; x < 8; x += 2) {\n",
-    "                int v = x + 8 * y + 64 * z;\n",
-    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
-    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "    return (int)springls__mc_triangles[mask][3 * triangle + vertex];\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }\n",
+    "\n",
+    "/* The corner where an edge begins; it ends at this corner | 1 << axis. */\n",
+    "SPRINGLS__MATHS int springls__mc_edge_corner(int edge)\n",
+    "{\n",
+    "    int k = edge & 3;\n",
+    "    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;\n",
+    "}\n",
+    "\n",
+    "/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so\n",
+    "   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise\n",
+    "   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */\n",
+    "SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)\n",
+    "{\n",
+    "    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edge)\n",
+    "{\n",
+    "    int a = springls__mc_edge_corner(edge);\n",
+    "    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);\n",
+    "}\n",
+    "\n",
+    "/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added\n",
+    "   first: every cube around the edge finds the same bits. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)\n",
+    "{\n",
+    "    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);\n",
+    "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
+    "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the\n",
+    "   closing surface half a voxel outside is met too. */\n",
+    "typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    springls__cube_range range;\n",
+    "    int axis;\n",
+    "    springls__slot_origin(g, slot, range.origin);\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;\n",
+    "        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);\n",
+    "    }\n",
+    "    return range;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)\n",
+    "{\n",
+    "    springls__mc_cell cell;\n",
+    "    int c;\n",
+    "    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];\n",
+    "    return cell;\n",
+    "}\n",
+    "\n",
+    "/* The same cube from the grid itself: slower, without a tile. */\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    springls__mc_cell cell;\n",
+    "    int c;\n",
+    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
+    "    return cell;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)\n",
+    "{\n",
+    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)\n",
+    "{\n",
+    "    springls__tri t;\n",
+    "    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));\n",
+    "    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));\n",
+    "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
+    "    return t;\n",
+    "}\n",
+    "#line 5179 \"springls.h\"\n",
+    "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
+    "\n",
+    "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
+    "   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */\n",
+    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)\n",
+    "{\n",
+    "    const float r = springls__max(on_sheets, covered);\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
+    "    float nearest2 = FLT_MAX;\n",
+    "    bool sheet = false;\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
+    "        float reach = r + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
+    "        if (nearest2 <= covered * covered) return false;\n",
+    "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
+    "    }\n",
+    "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__CUBES 729 /* a brick */\n",
+    "\n",
+    "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;\n",
+    "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
+    "    uint32_t count = 0u;\n",
+    "    int x, y, z, k, row;\n",
+    "    if (model->group.item == 0) *total = 0u;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
+    "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
+    "        y = row % 9 - 1;\n",
+    "        z = row / 9 - 1;\n",
+    "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
+    "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
+    "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
+    "            int mask = springls__mc_case(cell);\n",
+    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
+    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
+    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
+    "                count++;\n",
     "            }\n",
-    "}\n",
-    "\n",
-    "/* What was not granted is taken out of phi_next. */\n",
-    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int x;\n",
-    "    (void)job;\n",
-    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
-    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
-    "}\n",
-    "#line 5827 \"springls.h\"\n",
-    "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
-    "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
-    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
-    "    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));\n",
-    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
-    "    return slope * slope;\n",
-    "}\n",
-    "\n",
-    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
-    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
-    "{\n",
-    "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
-    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;\n",
-    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
-    "    return v.c / (1.0f + share * excess);\n",
-    "}\n",
-    "\n",
-    "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
-    "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
-    "#define SPRINGLS__NEAR 0.577f\n",
-    "\n",
-    "/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */\n",
-    "SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)\n",
-    "{\n",
-    "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
-    "        lo = springls__vec_min(lo, v);\n",
-    "        hi = springls__vec_max(hi, v);\n",
-    "    }\n",
-    "    return springls__crosses(c, lo, hi);\n",
-    "}\n",
-    "\n",
-    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
-    "{\n",
-    "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
-    "    return springls__vec_select(c < 0.0f, -d, d);\n",
-    "}\n",
-    "\n",
-    "/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a\n",
-    "   tile. */\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec d = springls__distance_guess(v.c, far_value), own;\n",
-    "        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;\n",
-    "        if (springls__vec_any(takes_own | edge)) {\n",
-    "            own = springls__interface_distance(v);\n",
-    "            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);\n",
-    "            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));\n",
-    "            d = springls__vec_select(takes_own, own, d);\n",
     "        }\n",
-    "        springls__vec_store(out + i, d);\n",
     "    }\n",
+    "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
-    "/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)\n",
+    "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
+    "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
-    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
-    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
-    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
-    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
-    "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
-    "    d = springls__vec_select(one > b, two, one);\n",
-    "    return springls__vec_select(d > c, three, d);\n",
-    "}\n",
-    "\n",
-    "/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the\n",
-    "   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
-    "        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
-    "        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
-    "        springls__vec d = springls__vec_broadcast(far_value);\n",
-    "        springls__vmask kept = springls__at_interface(v);\n",
-    "        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);\n",
-    "        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));\n",
-    "        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
-    "            d = springls__vec_min(springls__eikonal(x, y, z), d);\n",
-    "        d = springls__vec_select(v.c < 0.0f, -d, d);\n",
-    "        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
-    "                                                SPRINGLS__LOCAL float *tile)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int row;\n",
-    "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
-    "}\n",
-    "\n",
-    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,\n",
-    "                                                  SPRINGLS__LOCAL float *tile)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int row;\n",
-    "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
-    "}\n",
-    "\n",
-    "/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */\n",
-    "SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
-    "{\n",
-    "    uint32_t mask = 0;\n",
-    "    int x, y, z;\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) {\n",
-    "            uint32_t row = 0;\n",
-    "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
-    "            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
+    "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
+    "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
+    "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
+    "        springls__mc_cell cell;\n",
+    "        if (!exposed[cube]) continue;\n",
+    "        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);\n",
+    "        for (k = 0; k < 8; k++) {\n",
+    "            springls__tri t;\n",
+    "            springls__v3 p;\n",
+    "            if (!(exposed[cube] >> k & 1)) continue;\n",
+    "            if (at >= job.i[0]) return; /* no more room, maybe since another brick */\n",
+    "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
+    "            p = springls__tri_centroid(t);\n",
+    "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
     "        }\n",
-    "    return mask;\n",
+    "    }\n",
     "}\n",
     "\n",
-    "/* Writes that of each brick to SCRATCH0. */\n",
-    "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
+    "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
-    "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
+    "    int first = job.i[0], n = first + i, m;\n",
+    "    springls__springl s = model->set.s[n];\n",
+    "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
+    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
+    "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
+    "        if (fit.ok) {\n",
+    "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
+    "            s.p = fit.point;\n",
+    "            a = fit.a;\n",
+    "        }\n",
+    "    }\n",
+    "    model->set.s[n] = s;\n",
+    "    model->set.a[n] = springls__project_on_original(model, a);\n",
+    "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5977 \"springls.h\"\n",
+    "#line 5277 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19494,420 +18874,1101 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6343 \"springls.h\"\n",
-    "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
-    "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
-    "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
-    "     - two inside corners that are diagonal on a face, or opposite in the cube, are never joined;\n",
-    "     - two opposite outside corners are joined by a tube through the ring of inside corners between them.\n",
-    "   Corner c of a cube is at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + k runs along axis a in the direction of growing\n",
-    "   coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:\n",
-    "   their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a\n",
-    "   closed manifold wherever the border of the grid is outside. At most six triangles a cube. */\n",
+    "#line 5643 \"springls.h\"\n",
+    "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;\n",
-    "\n",
-    "/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
-    "SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {\n",
-    "    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,\n",
-    "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,\n",
-    "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 2, 4, 3, 3, 4, 4, 5, 4, 3, 5, 2,\n",
-    "    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4, 3, 4, 4, 3, 4, 3, 5, 2, 4, 5, 5, 4, 5, 4, 6, 1,\n",
-    "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4,\n",
-    "    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 2, 3, 4, 5, 3, 2, 3, 4, 4, 3, 4, 5, 5, 4, 4, 5, 3, 2, 5, 6, 4, 1,\n",
-    "    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 2, 3, 3, 2, 3, 4, 4, 5, 4, 3, 5, 4, 4, 5, 5, 6, 3, 2, 4, 1,\n",
-    "    3, 4, 4, 5, 4, 5, 5, 6, 4, 5, 3, 4, 3, 4, 2, 1, 2, 3, 3, 2, 3, 2, 4, 1, 3, 4, 2, 1, 2, 1, 1, 0\n",
-    "};\n",
-    "\n",
-    "SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {\n",
-    "    {0}, {0,4,8}, {0,9,5}, {4,8,5, 8,9,5}, {1,10,4}, {0,1,8, 1,10,8}, {0,9,5, 1,10,4}, {1,8,5, 1,10,8, 8,9,5}, {1,5,11},\n",
-    "    {0,4,8, 1,5,11}, {0,9,1, 9,11,1}, {1,9,11, 1,4,9, 4,8,9}, {4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10},\n",
-    "    {0,11,4, 0,9,11, 11,10,4}, {8,9,10, 9,11,10}, {2,8,6}, {0,4,2, 4,6,2}, {0,9,5, 2,8,6}, {2,4,6, 2,9,4, 9,5,4},\n",
-    "    {1,10,4, 2,8,6}, {0,6,2, 0,10,6, 0,1,10}, {0,9,5, 1,10,4, 2,8,6}, {1,10,5, 10,6,5, 6,2,5, 2,9,5}, {1,5,11, 2,8,6},\n",
-    "    {0,4,2, 4,6,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,6}, {1,6,11, 1,4,6, 6,2,11, 2,9,11}, {2,8,6, 4,5,10, 5,11,10},\n",
-    "    {0,5,2, 5,11,2, 11,6,2, 11,10,6}, {0,11,4, 0,9,11, 11,10,4, 2,8,6}, {2,11,6, 2,9,11, 11,10,6}, {2,7,9}, {0,4,8, 2,7,9},\n",
-    "    {0,2,5, 2,7,5}, {2,5,8, 2,7,5, 5,4,8}, {1,10,4, 2,7,9}, {0,1,8, 1,10,8, 2,7,9}, {0,2,5, 2,7,5, 1,10,4},\n",
-    "    {1,8,5, 1,10,8, 8,2,5, 2,7,5}, {1,5,11, 2,7,9}, {0,4,8, 1,5,11, 2,7,9}, {0,11,1, 0,7,11, 0,2,7},\n",
-    "    {1,4,11, 4,8,11, 8,2,11, 2,7,11}, {2,7,9, 4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10, 2,7,9},\n",
-    "    {0,2,4, 2,10,4, 2,7,10, 7,11,10}, {2,10,8, 2,7,10, 7,11,10}, {6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9}, {0,7,5, 0,8,7, 8,6,7},\n",
-    "    {4,6,5, 6,7,5}, {1,10,4, 6,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,10,7, 10,6,7}, {0,7,5, 0,8,7, 8,6,7, 1,10,4},\n",
-    "    {1,7,5, 1,10,7, 10,6,7}, {1,5,11, 6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9, 1,5,11}, {0,8,1, 8,6,1, 6,11,1, 6,7,11},\n",
-    "    {1,6,11, 1,4,6, 6,7,11}, {4,5,10, 5,11,10, 6,7,8, 7,9,8}, {0,6,9, 0,10,6, 0,5,10, 5,11,10, 6,7,9},\n",
-    "    {0,11,4, 0,7,11, 0,8,7, 8,6,7, 11,10,4}, {6,7,10, 7,11,10}, {3,6,10}, {0,4,8, 3,6,10}, {0,9,5, 3,6,10},\n",
-    "    {3,6,10, 4,8,5, 8,9,5}, {1,3,4, 3,6,4}, {0,1,8, 1,6,8, 1,3,6}, {0,9,5, 1,3,4, 3,6,4}, {1,3,5, 3,9,5, 3,6,9, 6,8,9},\n",
-    "    {1,5,11, 3,6,10}, {0,4,8, 1,5,11, 3,6,10}, {0,9,1, 9,11,1, 3,6,10}, {1,9,11, 1,4,9, 4,8,9, 3,6,10},\n",
-    "    {3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8}, {0,11,4, 0,9,11, 11,3,4, 3,6,4}, {3,9,11, 3,6,9, 6,8,9},\n",
-    "    {2,8,3, 8,10,3}, {0,4,2, 4,10,2, 10,3,2}, {0,9,5, 2,8,3, 8,10,3}, {2,9,3, 9,5,3, 5,10,3, 5,4,10}, {1,3,4, 3,8,4, 3,2,8},\n",
-    "    {0,1,2, 1,3,2}, {0,9,5, 1,3,4, 3,8,4, 3,2,8}, {1,3,5, 3,9,5, 3,2,9}, {1,5,11, 2,8,3, 8,10,3},\n",
-    "    {0,4,2, 4,10,2, 10,3,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,3, 8,10,3}, {1,9,11, 1,4,9, 4,2,9, 4,10,2, 10,3,2},\n",
-    "    {2,8,3, 8,4,3, 4,11,3, 4,5,11}, {0,5,2, 5,11,2, 11,3,2}, {0,11,4, 0,9,11, 11,3,4, 3,8,4, 3,2,8}, {2,9,3, 9,11,3},\n",
-    "    {2,7,9, 3,6,10}, {0,4,8, 2,7,9, 3,6,10}, {0,2,5, 2,7,5, 3,6,10}, {2,5,8, 2,7,5, 5,4,8, 3,6,10}, {1,3,4, 3,6,4, 2,7,9},\n",
-    "    {0,1,8, 1,6,8, 1,3,6, 2,7,9}, {0,2,5, 2,7,5, 1,3,4, 3,6,4}, {1,8,5, 1,6,8, 1,3,6, 8,2,5, 2,7,5}, {1,5,11, 2,7,9, 3,6,10},\n",
-    "    {0,4,8, 1,5,11, 2,7,9, 3,6,10}, {0,11,1, 0,7,11, 0,2,7, 3,6,10}, {1,4,11, 4,8,11, 8,2,11, 2,7,11, 3,6,10},\n",
-    "    {2,7,9, 3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8, 2,7,9}, {0,11,4, 0,7,11, 0,2,7, 11,3,4, 3,6,4},\n",
-    "    {2,7,8, 7,11,8, 11,3,8, 3,6,8}, {3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9}, {0,10,5, 0,8,10, 10,3,5, 3,7,5},\n",
-    "    {3,5,10, 3,7,5, 5,4,10}, {1,3,4, 3,8,4, 3,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,3,7}, {0,7,5, 0,8,7, 8,3,7, 8,4,3, 4,1,3},\n",
-    "    {1,3,5, 3,7,5}, {1,5,11, 3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9, 1,5,11},\n",
-    "    {0,11,1, 0,7,11, 0,8,7, 8,3,7, 8,10,3}, {1,4,11, 4,7,11, 4,10,7, 10,3,7}, {3,4,11, 3,8,4, 3,7,8, 7,9,8, 4,5,11},\n",
-    "    {0,3,9, 0,5,3, 5,11,3, 3,7,9}, {0,8,7, 8,4,3, 4,0,11, 3,7,8, 7,11,0, 11,3,4}, {3,7,11}, {3,11,7}, {0,4,8, 3,11,7},\n",
-    "    {0,9,5, 3,11,7}, {3,11,7, 4,8,5, 8,9,5}, {1,10,4, 3,11,7}, {0,1,8, 1,10,8, 3,11,7}, {0,9,5, 1,10,4, 3,11,7},\n",
-    "    {1,8,5, 1,10,8, 8,9,5, 3,11,7}, {1,5,3, 5,7,3}, {0,4,8, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1},\n",
-    "    {1,4,3, 4,8,3, 8,7,3, 8,9,7}, {3,5,7, 3,10,5, 10,4,5}, {0,7,8, 0,5,7, 7,3,8, 3,10,8}, {0,9,4, 9,7,4, 7,3,4, 3,10,4},\n",
-    "    {3,8,7, 3,10,8, 8,9,7}, {2,8,6, 3,11,7}, {0,4,2, 4,6,2, 3,11,7}, {0,9,5, 2,8,6, 3,11,7}, {2,4,6, 2,9,4, 9,5,4, 3,11,7},\n",
-    "    {1,10,4, 2,8,6, 3,11,7}, {0,6,2, 0,10,6, 0,1,10, 3,11,7}, {0,9,5, 1,10,4, 2,8,6, 3,11,7},\n",
-    "    {1,10,5, 10,6,5, 6,2,5, 2,9,5, 3,11,7}, {1,5,3, 5,7,3, 2,8,6}, {0,4,2, 4,6,2, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1, 2,8,6},\n",
-    "    {1,7,3, 1,9,7, 1,4,9, 4,2,9, 4,6,2}, {2,8,6, 3,5,7, 3,10,5, 10,4,5}, {0,6,2, 0,10,6, 0,5,10, 5,3,10, 5,7,3},\n",
-    "    {0,9,4, 9,7,4, 7,3,4, 3,10,4, 2,8,6}, {2,9,6, 9,10,6, 9,7,10, 7,3,10}, {2,3,9, 3,11,9}, {0,4,8, 2,3,9, 3,11,9},\n",
-    "    {0,2,5, 2,11,5, 2,3,11}, {2,3,8, 3,4,8, 3,11,4, 11,5,4}, {1,10,4, 2,3,9, 3,11,9}, {0,1,8, 1,10,8, 2,3,9, 3,11,9},\n",
-    "    {0,2,5, 2,11,5, 2,3,11, 1,10,4}, {1,8,5, 1,10,8, 8,2,5, 2,11,5, 2,3,11}, {1,5,3, 5,9,3, 9,2,3},\n",
-    "    {0,4,8, 1,5,3, 5,9,3, 9,2,3}, {0,2,1, 2,3,1}, {1,4,3, 4,8,3, 8,2,3}, {2,3,9, 3,5,9, 3,10,5, 10,4,5},\n",
-    "    {0,10,8, 0,5,10, 5,3,10, 5,9,3, 9,2,3}, {0,2,4, 2,10,4, 2,3,10}, {2,3,8, 3,10,8}, {3,9,6, 3,11,9, 9,8,6},\n",
-    "    {0,6,9, 0,4,6, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5}, {3,4,6, 3,11,4, 11,5,4}, {1,10,4, 3,9,6, 3,11,9, 9,8,6},\n",
-    "    {0,6,9, 0,10,6, 0,1,10, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5, 1,10,4}, {1,10,5, 10,6,5, 6,3,5, 3,11,5},\n",
-    "    {1,5,3, 5,9,3, 9,6,3, 9,8,6}, {0,6,9, 0,4,6, 6,3,9, 3,5,9, 3,1,5}, {0,8,1, 8,6,1, 6,3,1}, {1,4,3, 4,6,3},\n",
-    "    {3,9,6, 3,5,9, 3,10,5, 10,4,5, 9,8,6}, {0,5,10, 5,9,3, 9,0,6, 3,10,5, 10,6,0, 6,3,9}, {0,3,4, 0,8,3, 8,6,3, 3,10,4},\n",
-    "    {3,10,6}, {6,10,7, 10,11,7}, {0,4,8, 6,10,7, 10,11,7}, {0,9,5, 6,10,7, 10,11,7}, {4,8,5, 8,9,5, 6,10,7, 10,11,7},\n",
-    "    {1,6,4, 1,11,6, 11,7,6}, {0,1,8, 1,6,8, 1,11,6, 11,7,6}, {0,9,5, 1,6,4, 1,11,6, 11,7,6},\n",
-    "    {1,8,5, 1,6,8, 1,11,6, 11,7,6, 8,9,5}, {1,7,10, 1,5,7, 7,6,10}, {0,4,8, 1,7,10, 1,5,7, 7,6,10},\n",
-    "    {0,9,1, 9,7,1, 7,10,1, 7,6,10}, {1,7,10, 1,9,7, 1,4,9, 4,8,9, 7,6,10}, {4,5,6, 5,7,6}, {0,7,8, 0,5,7, 7,6,8},\n",
-    "    {0,6,4, 0,9,6, 9,7,6}, {6,8,7, 8,9,7}, {2,10,7, 2,8,10, 10,11,7}, {0,4,2, 4,10,2, 10,7,2, 10,11,7},\n",
-    "    {0,9,5, 2,10,7, 2,8,10, 10,11,7}, {2,10,7, 2,4,10, 2,9,4, 9,5,4, 10,11,7}, {1,11,4, 11,7,4, 7,2,4, 2,8,4},\n",
-    "    {0,7,2, 0,11,7, 0,1,11}, {0,9,5, 1,11,4, 11,7,4, 7,2,4, 2,8,4}, {1,2,5, 1,11,2, 11,7,2, 2,9,5},\n",
-    "    {1,7,10, 1,5,7, 7,2,10, 2,8,10}, {0,4,2, 4,10,2, 10,7,2, 10,1,7, 1,5,7}, {0,9,1, 9,7,1, 7,10,1, 7,2,10, 2,8,10},\n",
-    "    {1,4,9, 4,10,2, 10,1,7, 2,9,4, 9,7,1, 7,2,10}, {2,5,7, 2,8,5, 8,4,5}, {0,5,2, 5,7,2}, {0,9,4, 9,7,4, 7,2,4, 2,8,4},\n",
-    "    {2,9,7}, {2,11,9, 2,6,11, 6,10,11}, {0,4,8, 2,11,9, 2,6,11, 6,10,11}, {0,2,5, 2,11,5, 2,6,11, 6,10,11},\n",
-    "    {2,5,8, 2,11,5, 2,6,11, 6,10,11, 5,4,8}, {1,9,4, 1,11,9, 9,2,4, 2,6,4}, {0,1,8, 1,6,8, 1,11,6, 11,2,6, 11,9,2},\n",
-    "    {0,2,5, 2,11,5, 2,6,11, 6,1,11, 6,4,1}, {1,11,6, 11,5,2, 5,1,8, 2,6,11, 6,8,1, 8,2,5}, {1,5,10, 5,9,10, 9,2,10, 2,6,10},\n",
-    "    {0,4,8, 1,5,10, 5,9,10, 9,2,10, 2,6,10}, {0,10,1, 0,6,10, 0,2,6}, {1,2,10, 1,4,2, 4,8,2, 2,6,10}, {2,4,9, 2,6,4, 4,5,9},\n",
-    "    {0,5,8, 5,6,8, 5,9,6, 9,2,6}, {0,2,4, 2,6,4}, {2,6,8}, {8,10,9, 10,11,9}, {0,11,9, 0,4,11, 4,10,11},\n",
-    "    {0,10,5, 0,8,10, 10,11,5}, {4,10,5, 10,11,5}, {1,9,4, 1,11,9, 9,8,4}, {0,1,9, 1,11,9}, {0,8,5, 8,11,5, 8,4,11, 4,1,11},\n",
-    "    {1,11,5}, {1,8,10, 1,5,8, 5,9,8}, {0,4,9, 4,10,9, 10,1,9, 1,5,9}, {0,8,1, 8,10,1}, {1,4,10}, {4,5,8, 5,9,8}, {0,5,9},\n",
-    "    {0,8,4}, {0}\n",
-    "};\n",
-    "\n",
-    "SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }\n",
-    "\n",
-    "/* The case of a cube: bit c is set when corner c is inside. */\n",
-    "SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)\n",
+    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
+    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
-    "    int mask = 0, c;\n",
-    "    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;\n",
+    "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
+    "    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));\n",
+    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
+    "    return slope * slope;\n",
+    "}\n",
+    "\n",
+    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
+    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
+    "{\n",
+    "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
+    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;\n",
+    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    return v.c / (1.0f + share * excess);\n",
+    "}\n",
+    "\n",
+    "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
+    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
+    "#define SPRINGLS__NEAR 0.577f\n",
+    "\n",
+    "/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)\n",
+    "{\n",
+    "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++) {\n",
+    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        lo = springls__vec_min(lo, v);\n",
+    "        hi = springls__vec_max(hi, v);\n",
+    "    }\n",
+    "    return springls__crosses(c, lo, hi);\n",
+    "}\n",
+    "\n",
+    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
+    "{\n",
+    "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
+    "    return springls__vec_select(c < 0.0f, -d, d);\n",
+    "}\n",
+    "\n",
+    "/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a\n",
+    "   tile. */\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec d = springls__distance_guess(v.c, far_value), own;\n",
+    "        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;\n",
+    "        if (springls__vec_any(takes_own | edge)) {\n",
+    "            own = springls__interface_distance(v);\n",
+    "            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);\n",
+    "            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));\n",
+    "            d = springls__vec_select(takes_own, own, d);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, d);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
+    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
+    "    sum = a + b + c;\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    d = springls__vec_select(one > b, two, one);\n",
+    "    return springls__vec_select(d > c, three, d);\n",
+    "}\n",
+    "\n",
+    "/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the\n",
+    "   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
+    "        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
+    "        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
+    "        springls__vec d = springls__vec_broadcast(far_value);\n",
+    "        springls__vmask kept = springls__at_interface(v);\n",
+    "        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);\n",
+    "        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));\n",
+    "        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
+    "            d = springls__vec_min(springls__eikonal(x, y, z), d);\n",
+    "        d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int row;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
+    "}\n",
+    "\n",
+    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int row;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
+    "}\n",
+    "\n",
+    "/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */\n",
+    "SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
+    "{\n",
+    "    uint32_t mask = 0;\n",
+    "    int x, y, z;\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) {\n",
+    "            uint32_t row = 0;\n",
+    "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
+    "            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
+    "        }\n",
     "    return mask;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }\n",
-    "\n",
-    "/* The edge that carries vertex 0, 1 or 2 of a triangle. */\n",
-    "SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)\n",
+    "/* Writes that of each brick to SCRATCH0. */\n",
+    "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    return (int)springls__mc_triangles[mask][3 * triangle + vertex];\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
+    "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
+    "}\n",
+    "#line 5793 \"springls.h\"\n",
+    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
+    "\n",
+    "typedef struct springls__relax_rule {\n",
+    "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
+    "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
+    "    float sharpness;                 /* lambda_c                                 */\n",
+    "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
+    "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
+    "} springls__relax_rule;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
+    "{\n",
+    "    springls__relax_rule rule;\n",
+    "    rule.rest = 2.0f * params->particle_radius;\n",
+    "    rule.radius = params->neighbor_radius;\n",
+    "    rule.d_max = params->d_max;\n",
+    "    rule.kappa_int = params->kappa_int;\n",
+    "    rule.kappa_ext = params->kappa_ext;\n",
+    "    rule.sharpness = params->sharpness;\n",
+    "    rule.step_length = params->relax_step_length;\n",
+    "    rule.step_rotation = params->relax_step_rotation;\n",
+    "    rule.threshold = (int)params->threshold;\n",
+    "    rule.weight = (int)params->weight;\n",
+    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
+    "    return rule;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }\n",
+    "#line 5821 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 5837 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
-    "/* The corner where an edge begins; it ends at this corner | 1 << axis. */\n",
-    "SPRINGLS__MATHS int springls__mc_edge_corner(int edge)\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
     "{\n",
-    "    int k = edge & 3;\n",
-    "    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
     "}\n",
     "\n",
-    "/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so\n",
-    "   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise\n",
-    "   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */\n",
-    "SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
     "{\n",
-    "    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edge)\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    int a = springls__mc_edge_corner(edge);\n",
-    "    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);\n",
+    "    if (which == 0) return x;\n",
+    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
-    "/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added\n",
-    "   first: every cube around the edge finds the same bits. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);\n",
-    "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
-    "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
+    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
-    "/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the\n",
-    "   closing surface half a voxel outside is met too. */\n",
-    "typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
     "{\n",
-    "    springls__cube_range range;\n",
-    "    int axis;\n",
-    "    springls__slot_origin(g, slot, range.origin);\n",
-    "    for (axis = 0; axis < 3; axis++) {\n",
-    "        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;\n",
-    "        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
     "    }\n",
-    "    return range;\n",
+    "    return some;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
-    "    springls__mc_cell cell;\n",
-    "    int c;\n",
-    "    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];\n",
-    "    return cell;\n",
-    "}\n",
-    "\n",
-    "/* The same cube from the grid itself: slower, without a tile. */\n",
-    "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
-    "{\n",
-    "    springls__mc_cell cell;\n",
-    "    int c;\n",
-    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
-    "    return cell;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)\n",
-    "{\n",
-    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)\n",
-    "{\n",
-    "    springls__tri t;\n",
-    "    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));\n",
-    "    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));\n",
-    "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
-    "    return t;\n",
-    "}\n",
-    "#line 6531 \"springls.h\"\n",
-    "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
-    "\n",
-    "/* A springl to be. */\n",
-    "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
-    "\n",
-    "/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */\n",
-    "#define SPRINGLS__SEED_DISTANCE 0.7f\n",
-    "#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
-    "{\n",
-    "    const float r = SPRINGLS__SEED_DISTANCE;\n",
-    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
-    "{\n",
-    "    const float r = SPRINGLS__SEED_DISTANCE;\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
     "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v turned (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "}\n",
+    "#line 6005 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 6020 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == 0) return x;\n",
+    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v turned (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "}\n",
+    "#line 6188 \"springls.h\"\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
+    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];\n",
+    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
+    "}\n",
+    "\n",
+    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)\n",
+    "{\n",
+    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    int i;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
+    "        springls__vec_relax_springl(model, rule, begin);\n",
+    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
+    "            if (model->set.mask[i]) springls__relax_element(model, job, i);\n",
+    "    }\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, job, begin);\n",
+    "}\n",
+    "\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
+    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
+    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
+    "    (void)job;\n",
+    "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    s.q[1] = s.q[2];\n",
+    "    s.q[2] = q;\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 6225 \"springls.h\"\n",
+    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
+    "\n",
+    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
+    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
+    "{\n",
+    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
+    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
+    "    if (ab >= bc && ab >= ca) return 0;\n",
+    "    return bc >= ca ? 1 : 2;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
+    "{\n",
+    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
+    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
+    "}\n",
+    "\n",
+    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
+    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
+    "{\n",
+    "    int edge = springls__longest_edge(t);\n",
+    "    springls__tri turned = t, part;\n",
+    "    springls__v3 middle;\n",
+    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
+    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
+    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
+    "    part.a = second ? middle : turned.a;\n",
+    "    part.b = second ? turned.b : middle;\n",
+    "    part.c = turned.c;\n",
+    "    return part;\n",
+    "}\n",
+    "\n",
+    "/* A springl that has been split in two; and where the halves have to go. */\n",
+    "typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;\n",
+    "\n",
+    "/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and\n",
+    "   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */\n",
+    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
+    "{\n",
+    "    springls__half child;\n",
+    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
+    "    springls__fit_result fit;\n",
+    "    int m;\n",
+    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
+    "    child.a = model->set.a[i];\n",
+    "    child.pad = 0.0f;\n",
+    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
+    "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "        if (fit.ok) {\n",
+    "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "            child.s.p = fit.point;\n",
+    "            child.s = springls__springl_finished(child.s);\n",
+    "            child.a = springls__project_on_original(model, fit.a);\n",
+    "        }\n",
+    "    }\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)\n",
+    "{\n",
+    "    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge\n",
+    "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
+    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,\n",
+    "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
+    "                                                                                     : 0u;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
+    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
+    "    halves[2u * at] = springls__child_of(model, i, 0);\n",
+    "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
+    "}\n",
+    "\n",
+    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
+    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
+    "    springls__half first, second;\n",
+    "    int n = model->set.count + (int)at;\n",
+    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
+    "    first = halves[2u * at];\n",
+    "    second = halves[2u * at + 1u];\n",
+    "    model->set.generation[i]++;\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model,\n",
+    "                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
+    "    model->set.birth[n] = model->set.birth[i];\n",
+    "    model->set.s[i] = first.s;\n",
+    "    model->set.a[i] = first.a;\n",
+    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
+    "}\n",
+    "#line 6332 \"springls.h\"\n",
+    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
+    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
+    "\n",
+    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
+    "}\n",
+    "\n",
+    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
+    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
+    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int faces = mask27 & 0x0415410u;\n",
+    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
+    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
+    "    while (part != before) {\n",
+    "        before = part;\n",
+    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
+    "    }\n",
+    "    return faces != 0u && (faces & ~part) == 0u;\n",
+    "}\n",
+    "\n",
+    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
+    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
+    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
+    "    while (part != before) {\n",
+    "        before = part;\n",
+    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
+    "    }\n",
+    "    return outside != 0u && part == outside;\n",
+    "}\n",
+    "\n",
+    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
+    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "{\n",
+    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    unsigned mask = 0;\n",
+    "    int d;\n",
+    "    for (d = 0; d < 27; d++)\n",
+    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    return mask;\n",
+    "}\n",
+    "\n",
+    "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
+    "   live in phi, which receives what is granted of what phi_next asks for. */\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int colour = job.i[0], x, y, z, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (z = colour >> 2; z < 8; z += 2)\n",
+    "        for (y = colour >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = colour & 1; x < 8; x += 2) {\n",
+    "                int v = x + 8 * y + 64 * z;\n",
+    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
+    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* What was not granted is taken out of phi_next. */\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int x;\n",
+    "    (void)job;\n",
+    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
+    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
+    "}\n",
+    "#line 6428 \"springls.h\"\n",
+    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "\n",
+    "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
+    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                              float margin, int lo[3], int hi[3])\n",
+    "{\n",
+    "    springls__v3 lower, upper;\n",
+    "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
+    "    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;\n",
+    "    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;\n",
+    "    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;\n",
+    "    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;\n",
+    "    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;\n",
+    "    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;\n",
+    "    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;\n",
+    "    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;\n",
+    "    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;\n",
+    "    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;\n",
+    "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
+    "}\n",
+    "\n",
+    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
+    "   and radius, comes closer than row[i]. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + radius;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d = springls__vec_sub(at, springls__vec_broadcast3(center));\n",
+    "        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "\n",
+    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
+    "                                             SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float capture = model->params.capture_range;\n",
+    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
+    "    int origin[3], v, y, z;\n",
+    "    uint32_t k;\n",
+    "    (void)job;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
+    "    if (!unknown) return;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
+    "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
+    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
+    "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
+    "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
+    "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
+    "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
+    "        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
+    "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
+    "        for (z = z0; z <= z1; z++)\n",
+    "            for (y = y0; y <= y1; y++)\n",
+    "                if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
+    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];\n",
+    "}\n",
+    "\n",
+    "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
+    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int slot = model->grid.active[i];\n",
+    "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
+    "}\n",
+    "#line 6522 \"springls.h\"\n",
+    "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
+    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
+    "\n",
+    "/* Blocks closer than this to a springl stop the background. */\n",
+    "#define SPRINGLS__SHELL 1.5f\n",
+    "\n",
+    "/* Of a brick. */\n",
+    "#define SPRINGLS__OPEN 0\n",
+    "#define SPRINGLS__BLOCKED 1\n",
+    "#define SPRINGLS__BACKGROUND 2\n",
+    "\n",
+    "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                   SPRINGLS__LOCAL float *nearest)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float least = FLT_MAX;\n",
+    "    int row, v;\n",
+    "    (void)job;\n",
+    "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    nearest[group.item] = least;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
+    "    if (group.item == 0)\n",
+    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
+    "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
+    "{\n",
+    "    int hi[3], x, y, z, axis;\n",
+    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++)\n",
+    "                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */\n",
-    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
+    "/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */\n",
+    "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
     "{\n",
-    "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
-    "    float weight = 0.0f, value = 0.0f;\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
-    "        weight += say.weight;\n",
-    "        value += say.weight * say.distance * say.distance;\n",
+    "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
+    "}\n",
+    "\n",
+    "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
+    "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
+    "   axes makes no difference to where growth ends. */\n",
+    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];\n",
+    "    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
+    "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
+    "    int at[3], k;\n",
+    "    bool at_border, before = true, grew = false;\n",
+    "    at[b] = i % across * step;\n",
+    "    at[c] = i / across * step;\n",
+    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];\n",
+    "    for (k = 0; k < 2 * along; k++) {\n",
+    "        bool background;\n",
+    "        if (k == along) before = true;\n",
+    "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
+    "        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
+    "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
+    "        before = background;\n",
     "    }\n",
-    "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;\n",
     "}\n",
     "\n",
-    "/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface\n",
-    "   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */\n",
-    "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
+    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
-    "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
-    "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
-    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
-    "    springls__fit_result fit;\n",
-    "    springls__seed seed;\n",
-    "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
-    "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
-    "    x = springls__mad(s->p, opening.middle, away);\n",
-    "    if (!springls__has_room(model, x, n)) return seed;\n",
-    "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
-    "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
-    "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
-    "    seed.p = fit.point;\n",
-    "    seed.n = fit.normal;\n",
-    "    seed.toward = springls__sub(s->p, fit.point);\n",
-    "    seed.a = springls__project_on_original(model, fit.a);\n",
-    "    seed.ok = 1;\n",
-    "    return seed;\n",
-    "}\n",
-    "\n",
-    "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
-    "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    springls__seed seed = springls__seed_beside(model, i);\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
+    "    int slot = g->top[i], row, v;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all know the slot */\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
-    "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
-    "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
-    "SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)\n",
+    "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];\n",
-    "    springls__seed seed = seeds[i];\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
-    "    uint8_t decided = SPRINGLS__KEEP;\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        if (other >= i || fate[other] == SPRINGLS__REMOVE\n",
-    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
-    "        decided = SPRINGLS__UNDECIDED;\n",
+    "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Is the background beside a block of b^3 voxels? */\n",
+    "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
+    "{\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
+    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
+    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "}\n",
+    "\n",
+    "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
+    "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,\n",
+    "                                            SPRINGLS__LOCAL float *grown)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
+    "    const int b = job.i[0], across = 8 / b;\n",
+    "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
+    "    float grew = 0.0f;\n",
+    "    int o[3], block, v;\n",
+    "    springls__slot_origin(g, g->active[index], o);\n",
+    "    for (block = group.item; block < across * across * across; block += group.items) {\n",
+    "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
+    "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
+    "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
+    "            float nearest = FLT_MAX;\n",
+    "            for (k = z; k < z + b; k++)\n",
+    "                for (j = y; j < y + b; j++)\n",
+    "                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
+    "            background = nearest > SPRINGLS__SHELL;\n",
+    "            if (background) grew = 1.0f;\n",
+    "        }\n",
+    "        for (k = z; k < z + b; k++)\n",
+    "            for (j = y; j < y + b; j++)\n",
+    "                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;\n",
     "    }\n",
-    "    return decided;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    grown[group.item] = grew;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
+    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
-    "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;\n",
+    "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
+    "    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));\n",
+    "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
-    "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
+    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =\n",
-    "        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
-    "}\n",
-    "\n",
-    "/* The first job.i[0] accepted seeds become springls. */\n",
-    "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
-    "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
-    "    int n = model->set.count + (int)at;\n",
-    "    springls__tri t;\n",
-    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
-    "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
-    "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
-    "    model->set.parent[n] = model->set.id[i];\n",
-    "}\n",
-    "#line 6661 \"springls.h\"\n",
-    "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
-    "\n",
-    "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
-    "   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */\n",
-    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)\n",
-    "{\n",
-    "    const float r = springls__max(on_sheets, covered);\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
-    "    float nearest2 = FLT_MAX;\n",
-    "    bool sheet = false;\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
     "    int i;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float reach = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
-    "        if (nearest2 <= covered * covered) return false;\n",
-    "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
+    "        counts = (nearest < capture) & (d2 < within * within);\n",
+    "        if (!springls__vec_any(counts)) continue;\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
     "    }\n",
-    "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
     "\n",
-    "#define SPRINGLS__CUBES 729 /* a brick */\n",
-    "\n",
-    "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
-    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Voxels that springls are near take the side of the nearest ones. */\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;\n",
-    "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    uint32_t count = 0u;\n",
-    "    int x, y, z, k, row;\n",
-    "    if (model->group.item == 0) *total = 0u;\n",
-    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
-    "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
-    "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
-    "        y = row % 9 - 1;\n",
-    "        z = row / 9 - 1;\n",
-    "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
-    "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
-    "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
-    "            int mask = springls__mc_case(cell);\n",
-    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
-    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
-    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
-    "                count++;\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float capture = model->params.capture_range;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int y, z, row, v, o[3];\n",
+    "    uint32_t k;\n",
+    "    (void)job;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
+    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
+    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
+    "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
+    "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "        for (z = z0; z <= z1; z++)\n",
+    "            for (y = y0; y <= y1; y++) {\n",
+    "                v = 8 * y + 64 * z;\n",
+    "                if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
     "            }\n",
-    "        }\n",
     "    }\n",
-    "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
+    "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
-    "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
-    "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
+    "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
-    "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
-    "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
-    "        springls__mc_cell cell;\n",
-    "        if (!exposed[cube]) continue;\n",
-    "        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);\n",
-    "        for (k = 0; k < 8; k++) {\n",
-    "            springls__tri t;\n",
-    "            springls__v3 p;\n",
-    "            if (!(exposed[cube] >> k & 1)) continue;\n",
-    "            if (at >= job.i[0]) return; /* no more room, maybe since another brick */\n",
-    "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
-    "            p = springls__tri_centroid(t);\n",
-    "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
-    "        }\n",
-    "    }\n",
+    "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
-    "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)\n",
+    "/* The side becomes the sign of the distance. */\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
-    "    int first = job.i[0], n = first + i, m;\n",
-    "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
-    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
-    "        if (fit.ok) {\n",
-    "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
-    "            s.p = fit.point;\n",
-    "            a = fit.a;\n",
-    "        }\n",
-    "    }\n",
-    "    model->set.s[n] = s;\n",
-    "    model->set.a[n] = springls__project_on_original(model, a);\n",
-    "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
+    "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
+    "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
+    "    int row, v;\n",
+    "    (void)job;\n",
+    "    (void)memory;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 6759 \"springls.h\"\n",
+    "#line 6744 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -20173,7 +20234,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 7026 \"springls.h\"\n",
+    "#line 7011 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -20251,7 +20312,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20255 \"springls.h\"\n",
+    "#line 20316 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",

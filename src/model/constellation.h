@@ -39,7 +39,10 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->constellation_compact(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
         char *data = (char *)ctx->memory[array].data;

@@ -53,13 +53,15 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
-#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
-    do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
-        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
-    } while (0)
+/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
+   False when *status is the result: of the device, or the failure to bring the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)

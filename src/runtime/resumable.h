@@ -143,7 +143,7 @@ SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 /* What is in progress is left as it is. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
     ctx->step.active = false;
     memset(&ctx->work, 0, sizeof ctx->work);
 }

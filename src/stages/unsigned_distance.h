@@ -14,7 +14,10 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     springls__grid *g = &ctx->model.grid;
     springls__cell_list *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->near_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
