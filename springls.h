@@ -2971,6 +2971,12 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 /* ======== >>advect  (kernels_embed/stages/advect.h) ============================================================ */
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
 
+/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */
+SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
+{
+    return n * springls__cospi(time / period);
+}
+
 
 /* ======== >>width_float  (kernels_embed/language/width_float.h) ================================================ */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
@@ -2992,14 +2998,14 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 /* ======== >>advect_body  (kernels_embed/stages/advect_body.h) ================================================== */
 /* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
 
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
     SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    float s = n * springls__cospi(time / period);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
+                                -s2x * s2y * sz * sz * amplitude);
 }
 /* -------- back in kernels_embed/stages/advect.h -------- */
 
@@ -3023,14 +3029,14 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 /* ======== >>advect_body  (kernels_embed/stages/advect_body.h) ================================================== */
 /* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
 
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
     SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    float s = n * springls__cospi(time / period);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
+                                -s2x * s2y * sz * sz * amplitude);
 }
 /* -------- back in kernels_embed/stages/advect.h -------- */
 
@@ -3121,7 +3127,7 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
@@ -8389,15 +8395,15 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     return springls__max_speed(ctx, forces, time, speed);
 }
 
-/* Writes the velocities at SPRINGLS__LANES points, xyz each, to out. */
-SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_flow *flow, const float *points, float time, float *out)
+/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
 {
     float axis[3][SPRINGLS__LANES];
     springls__vec3 u;
     int lane, k;
     for (lane = 0; lane < SPRINGLS__LANES; lane++)
         for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
-    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), flow->grid_size, flow->period, time);
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
     springls__vec_store(axis[0], u.x);
     springls__vec_store(axis[1], u.y);
     springls__vec_store(axis[2], u.z);
@@ -8408,12 +8414,13 @@ SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_fl
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
+    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
     int i;
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__deformation_velocities(flow, points + 3 * i, time, out + 3 * i);
+        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
     for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                        flow->grid_size, flow->period, time);
+                                                        n, amplitude);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
@@ -16901,7 +16908,13 @@ static const char *const springls__kernel_lines[] = {
     "#line 2972 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
-    "#line 2976 \"springls.h\"\n",
+    "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
+    "SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)\n",
+    "{\n",
+    "    return n * springls__cospi(time / period);\n",
+    "}\n",
+    "\n",
+    "#line 2982 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16916,19 +16929,19 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2993 \"springls.h\"\n",
+    "#line 2999 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
     "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    float s = n * springls__cospi(time / period);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
+    "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3007 \"springls.h\"\n",
+    "#line 3013 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16943,19 +16956,19 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3024 \"springls.h\"\n",
+    "#line 3030 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
     "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    float s = n * springls__cospi(time / period);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
+    "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3036 \"springls.h\"\n",
+    "#line 3042 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17044,7 +17057,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
     "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
@@ -17152,7 +17165,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3234 \"springls.h\"\n",
+    "#line 3240 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -17180,7 +17193,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 3263 \"springls.h\"\n",
+    "#line 3269 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17195,7 +17208,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3280 \"springls.h\"\n",
+    "#line 3286 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -17363,7 +17376,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 3450 \"springls.h\"\n",
+    "#line 3456 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17378,7 +17391,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3467 \"springls.h\"\n",
+    "#line 3473 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -17546,7 +17559,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 3635 \"springls.h\"\n",
+    "#line 3641 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
@@ -17582,12 +17595,12 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3672 \"springls.h\"\n",
+    "#line 3678 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "#ifndef SPRINGLS__WINDING\n",
     "#define SPRINGLS__WINDING\n",
     "\n",
-    "#line 3678 \"springls.h\"\n",
+    "#line 3684 \"springls.h\"\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
     "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
@@ -17614,7 +17627,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 3706 \"springls.h\"\n",
+    "#line 3712 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -17683,7 +17696,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 3776 \"springls.h\"\n",
+    "#line 3782 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -17736,7 +17749,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 3830 \"springls.h\"\n",
+    "#line 3836 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17910,7 +17923,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4005 \"springls.h\"\n",
+    "#line 4011 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18032,7 +18045,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4128 \"springls.h\"\n",
+    "#line 4134 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -18048,7 +18061,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4145 \"springls.h\"\n",
+    "#line 4151 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18063,7 +18076,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4162 \"springls.h\"\n",
+    "#line 4168 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18074,7 +18087,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4175 \"springls.h\"\n",
+    "#line 4181 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18089,7 +18102,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4192 \"springls.h\"\n",
+    "#line 4198 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18100,7 +18113,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4203 \"springls.h\"\n",
+    "#line 4209 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18199,7 +18212,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4303 \"springls.h\"\n",
+    "#line 4309 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18609,7 +18622,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4714 \"springls.h\"\n",
+    "#line 4720 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18707,7 +18720,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4813 \"springls.h\"\n",
+    "#line 4819 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -18813,7 +18826,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 4920 \"springls.h\"\n",
+    "#line 4926 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -19034,7 +19047,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 5142 \"springls.h\"\n",
+    "#line 5148 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -19107,7 +19120,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5216 \"springls.h\"\n",
+    "#line 5222 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -19202,7 +19215,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 5312 \"springls.h\"\n",
+    "#line 5318 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -19351,7 +19364,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 5462 \"springls.h\"\n",
+    "#line 5468 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19716,7 +19729,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5828 \"springls.h\"\n",
+    "#line 5834 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19903,7 +19916,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6016 \"springls.h\"\n",
+    "#line 6022 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -20032,7 +20045,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 6146 \"springls.h\"\n",
+    "#line 6152 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -20129,7 +20142,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 6244 \"springls.h\"\n",
+    "#line 6250 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -20395,7 +20408,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 6511 \"springls.h\"\n",
+    "#line 6517 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -20473,7 +20486,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20477 \"springls.h\"\n",
+    "#line 20490 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20891,7 +20904,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20895 \"springls.h\"\n",
+    "#line 20908 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -21090,7 +21103,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 21094 \"springls.h\"\n",
+    "#line 21107 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
