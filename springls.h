@@ -395,7 +395,7 @@
    Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) returns what
    failed and where. Nothing aborts and nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
    be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were. When
-   max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
+   max_springls is reached, new springls are refused and counted in springls_stats.refused: that is no error.
 
 
    DETERMINISM
@@ -820,8 +820,8 @@ typedef struct springls_backend springls_backend;
 typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
-    int max_springls;              /* limit on splits, fills, springls_set_springls and springls_combine, not on
-                                      springls_set_mesh; 0: 64 million                                              */
+    int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
+                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -1402,7 +1402,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage);
 /* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {
     int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
-    int64_t added, split, removed, reshaped, refused; /* springls; refused: splits and fills beyond max_springls    */
+    int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
     int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
     float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
                                    (params.volume_lock)                                                             */

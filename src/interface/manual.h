@@ -301,7 +301,7 @@
    Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) returns what
    failed and where. Nothing aborts and nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
    be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were. When
-   max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
+   max_springls is reached, new springls are refused and counted in springls_stats.refused: that is no error.
 
 
    DETERMINISM
