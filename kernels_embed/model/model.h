@@ -1,12 +1,14 @@
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+#ifndef SPRINGLS__KERNEL_MODEL_MODEL_H
+#define SPRINGLS__KERNEL_MODEL_MODEL_H
 
-/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
-typedef struct springls__springl {
-    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
-    springls__v3 p;         /* particle                                                                         */
-    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float bounding_radius; /* max |q[m] - p|                                                                   */
-} springls__springl;
+#include "../interface/parameters.h"
+#include "../language/triangle.h"
+
+#include "../language/width_float.h"
+#include "springl_body.h"
+#include "../language/width_simd.h"
+#include "springl_body.h"
 
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
@@ -146,19 +148,6 @@ typedef struct springls__packed {
 /* The numbers that one run of a kernel is given besides. */
 typedef struct springls__job { int i[4]; float f[4]; } springls__job;
 
-/* With what follows from q and p. */
-SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
-{
-    float reach2 = 0.0f;
-    int m;
-    for (m = 0; m < 3; m++) {
-        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
-        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
-    }
-    s.bounding_radius = springls__sqrt(reach2);
-    return s;
-}
-
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
     springls__springl s;
@@ -261,3 +250,5 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->reference.far_value = shape.reference_far_value;
     model->cells.bounding_radius = shape.bounding_radius;
 }
+
+#endif

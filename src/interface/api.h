@@ -1,4 +1,3 @@
-#include "manual.h"
 #ifndef SPRINGLS_H
 #define SPRINGLS_H
 
@@ -54,7 +53,7 @@ extern "C" {
      range: the model stays as it was), OUT_OF_MEMORY and, with a backend, DEVICE_FAILED. Comments list the other failures.
    - Equations, sections and tables are those of the paper. */
 
-/* ---- >>status ------------------------------------------------------------------------------------------------- */
+/* ---- >>status:api ------------------------------------------------------------------------------------------------- */
 
 /* Reports how a call ended: zero is success, every failure is negative. springls_last_error() has the sentence. */
 typedef enum springls_status {
@@ -82,7 +81,7 @@ SPRINGLS_API int springls_version(void);
 /* Returns the same version as "major.minor.patch". */
 SPRINGLS_API const char *springls_version_string(void);
 
-/* ---- >>host: what the caller may supply; zero-initialised members mean the default ----------------------------- */
+/* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
 
 /* Supplies memory. alloc returns at least `size` bytes aligned to 64, or NULL; free receives the same size. Both NULL:
    malloc and free. They are called only from the thread that calls the library. */
@@ -127,9 +126,9 @@ typedef struct springls_trace {
     void *user;
 } springls_trace;
 
-/* ---- >>parameters --------------------------------------------------------------------------------------------- */
+/* ---- >>parameters:api ----------------------------------------------------------------------------------------- */
 
-#include "../../kernels_embed/model/parameters.h"
+#include "../../kernels_embed/interface/parameters.h"
 
 /* Returns the recommended parameters: accurate tracking, free topology and long steps. */
 SPRINGLS_API springls_params springls_default_params(void);
@@ -138,7 +137,7 @@ SPRINGLS_API springls_params springls_default_params(void);
    print. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
-/* ---- >>life cycle --------------------------------------------------------------------------------------------- */
+/* ---- >>life_cycle:api ----------------------------------------------------------------------------------------- */
 
 /* Holds one model, its memory and its parameters. */
 typedef struct springls_context springls_context;
@@ -199,7 +198,7 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 /* Returns how many bytes the context holds from its allocator. */
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
-/* ---- >>input: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi ---------- */
+/* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
    empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
@@ -279,7 +278,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
    follow their parent. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
 
-/* ---- >>forces: eq. 1 and 2, in voxels and voxels a unit of time ----------------------------------------------- */
+/* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
@@ -333,7 +332,7 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
    force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
-/* ---- >>stages: Table 2, each callable alone, in any order ------------------------------------------------------- */
+/* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
 /* Moves springls by the forces from `time` to time + dt (eq. 1, 2); the level set stays. NON_FINITE: a force is, and
    nothing moves. */
@@ -363,7 +362,7 @@ SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx);
 /* Moves every correspondence onto the original surface (eq. 26). */
 SPRINGLS_API springls_status springls_track(springls_context *ctx);
 
-/* ---- >>drivers ------------------------------------------------------------------------------------------------ */
+/* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
 
 /* Names the algorithm of a step; the manual's chapter DATA FLOW has the stages. */
 typedef enum springls_mode {
@@ -422,7 +421,7 @@ SPRINGLS_API double springls_time(const springls_context *ctx);
 /* Sets the model's time; a time that is not finite is ignored. */
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
 
-/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+/* ---- >>snapshots:api: undo, rollback, files -------------------------------------------------------------------- */
 
 /* Names what a snapshot holds. Neither kind holds the members of springls_desc, forces, meshes or chunks. */
 typedef enum springls_snapshot_kind {
@@ -443,7 +442,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
    After any failure the model is unchanged. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
-/* ---- >>read: the springls, in voxel coordinates unless a comment names another unit ---------------------------- */
+/* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
 /* Shows an array of the context without a copy: `count` rows of floats, `stride` bytes from one to the next; data NULL:
    none. */
@@ -470,7 +469,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
-/* ---- >>mesh out ----------------------------------------------------------------------------------------------- */
+/* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
 /* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
 typedef struct springls_mesh {
@@ -534,7 +533,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
-/* ---- >>queries: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ------- */
+/* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
 /* Samples phi, one float a point: the signed distance in world units (of the smallest spacing), clamped outside the narrow
    band. */
@@ -567,7 +566,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
-/* ---- >>attributes: named values that springls carry ------------------------------------------------------------ */
+/* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
 /* An attribute is any number of floats a springl: colours, texture coordinates without seams, bone weights, labels,
    temperature, mass. Attributes belong to the model: an input or springls_reset removes them all. The model has
@@ -641,7 +640,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+/* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 
 /* Holds a material coordinate: a place on the original surface. Values that are given on the original surface and looked up
    by material coordinates do not wear off, however long the motion. triangle: as numbered in the mesh given to
@@ -678,7 +677,7 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
 /* Returns how many triangles the original surface has, as material coordinates number them. */
 SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx);
 
-/* ---- >>tools: springls that stay keep identity, correspondence and attributes ----------------------------------- */
+/* ---- >>tools:api: springls that stay keep identity, correspondence and attributes --------------------------------- */
 
 /* Names a boolean operation of two solids. */
 typedef enum springls_operation {
@@ -717,7 +716,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
    their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
-/* ---- >>measures ----------------------------------------------------------------------------------------------- */
+/* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
 /* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */
 typedef enum springls_stage {

@@ -1,4 +1,16 @@
 /* context.h - the life cycle. */
+#ifndef SPRINGLS__LIFECYCLE_CREATE_H
+#define SPRINGLS__LIFECYCLE_CREATE_H
+
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/parameter_sets.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
 
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
@@ -144,3 +156,5 @@ SPRINGLS_API bool springls_fp_contract_detected(void)
     volatile float rounded = product;
     return a * a - rounded != 0.0f;
 }
+
+#endif

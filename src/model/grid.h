@@ -1,4 +1,12 @@
 /* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+#ifndef SPRINGLS__MODEL_GRID_H
+#define SPRINGLS__MODEL_GRID_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
 
 /* What was written becomes the field. */
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
@@ -92,12 +100,6 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
-
 /* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
    it had, and keeps `active` ordered by brick. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
@@ -157,3 +159,5 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* params.h - the two parameter sets. */
+#ifndef SPRINGLS__MODEL_PARAMETER_SETS_H
+#define SPRINGLS__MODEL_PARAMETER_SETS_H
+
+#include "../../kernels_embed/model/model.h"
+#include "../runtime/base.h"
 
 enum { SPRINGLS__COOKIE = 0x53504731 };
 
@@ -137,3 +142,5 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 #undef SPRINGLS__IN
     return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
+
+#endif

@@ -1,6 +1,20 @@
 /* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
    bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+#ifndef SPRINGLS__OUTPUT_CHUNKS_H
+#define SPRINGLS__OUTPUT_CHUNKS_H
+
+#include "../../kernels_embed/output/isosurface.h"
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../runtime/parallel.h"
+#include "../model/cell_list.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
 typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
@@ -409,3 +423,5 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     else *count = 0;
     return springls__report_device_failure(ctx, status);
 }
+
+#endif

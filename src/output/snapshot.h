@@ -2,6 +2,22 @@
    (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
    bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
    there, before the model changes. */
+#ifndef SPRINGLS__OUTPUT_SNAPSHOT_H
+#define SPRINGLS__OUTPUT_SNAPSHOT_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/memory.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/attribute_rows.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/parameter_sets.h"
+#include "../solver/step.h"
 
 typedef struct springls__snapshot_head {
     char magic[8];
@@ -550,3 +566,5 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     ctx->neighbors_age = s.neighbors_age;
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+#ifndef SPRINGLS__RUNTIME_KERNEL_TABLE_H
+#define SPRINGLS__RUNTIME_KERNEL_TABLE_H
+
+#include "../../kernels_embed/device/kernels.h"
+#include "context.h"
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
 #define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
@@ -6,7 +11,7 @@
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -28,9 +33,17 @@ typedef struct springls__kernel_info {
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
     }
 
+#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        springls__##name##_elements(model, job, begin, end);                                                             \
+    }
+
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         float memory[floats];                                                                                            \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
     }
+
+#endif

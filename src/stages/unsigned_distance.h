@@ -1,4 +1,12 @@
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+#ifndef SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
+#define SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
 
 /* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
@@ -49,3 +57,5 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
 }
+
+#endif
