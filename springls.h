@@ -1513,22 +1513,95 @@ typedef struct springls__springl {
     float bounding_radius; /* max |q[m] - p|                                                                   */
 } springls__springl;
 
+/* ---- the arrays of a model ----
+   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
+   X(NAME, element type, elements that belong together, struct of the model, member). */
+
+/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
+    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
+    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
+    X(ID, uint32_t, 1, set, id)                                                                                                  \
+    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
+    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
+    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
+    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+
+/* Lists what a grid has for each slot. */
+#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
+    X(SLOT_BRICK, int, 1, grid, slot_brick)         /* slot -> brick; -1: free or constant                                    */ \
+    X(ACTIVE, int, 1, grid, active)                 /* slots in use by ascending brick: the order of every loop over bricks   */ \
+    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
+    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
+    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture; below 0: unknown */\
+    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
+
+/* Lists what a grid has. */
+#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+
+/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
+    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
+    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
+    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */
+#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
+    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
+    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
+    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
+
+/* Lists what a device needs to move springls by itself (advect.h). */
+#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
+    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+
+/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
+#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
+    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
+#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
+    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
+    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
+    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
+    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
+    X(SPARE, springls__springl_record, 1, work, spare) /* springls on their way to another place                              */
+
+/* Lists all arrays. */
+#define SPRINGLS__ARRAYS(X)                                                                                                      \
+    SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \
+    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \
+    SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \
+    SPRINGLS__DEVICE_ARRAYS(X)
+
+typedef enum springls__array {
+#define SPRINGLS__ARRAY_NUMBER(name, type, block, owner, member) SPRINGLS__ARRAY_##name,
+    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
+#undef SPRINGLS__ARRAY_NUMBER
+    SPRINGLS__ARRAY_COUNT
+} springls__array;
+
+#define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;
+
+/* ---- the structs of a model ---- */
+
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
-    SPRINGLS__GLOBAL springls__springl *s;
-    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */
-    SPRINGLS__GLOBAL uint32_t *id;
-    SPRINGLS__GLOBAL uint32_t *generation;
-    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
-    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */
-    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
-    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
-    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
-    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
-    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */
-    int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    int count, at_edges;    /* at_edges: how many lie at a sharp edge   */
+    uint32_t next_id, step; /* step: of the model, modulo 2^30          */
 } springls__constellation;
+
+/* All of one springl. */
+typedef struct springls__springl_record {
+#define SPRINGLS__RECORD_MEMBER(name, type, block, owner, member) type member;
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__RECORD_MEMBER)
+#undef SPRINGLS__RECORD_MEMBER
+} springls__springl_record;
 
 /* Kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
@@ -1546,39 +1619,31 @@ typedef struct springls__constellation {
 #define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
 
 typedef struct springls__grid {
-    int size[3];                        /* voxels                                                               */
-    int bricks[3];                      /* of the top table                                                     */
-    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */
-    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */
-    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */
-    SPRINGLS__GLOBAL int *free_slots;
+    int size[3];            /* voxels                                                                */
+    int bricks[3];          /* of the top table                                                      */
+    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
-    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
-    SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
-    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
-    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
+    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
+/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
 typedef struct springls__cell_list {
-    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
-    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */
-    SPRINGLS__GLOBAL uint32_t *brick_list_ids;
-    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
-    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
-    float bounding_radius;                         /* of the springls that are in cells                                 */
+    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    float bounding_radius;  /* the largest of the springls that are in cells                         */
     int large_count;
 } springls__cell_list;
 
-/* Forces that kernels can take by themselves (advect.h). */
+/* Forces that kernels evaluate by themselves (advect.h). */
 struct springls__force_rule;
-typedef struct springls__forces_here {
-    SPRINGLS__GLOBAL struct springls__force_rule *rule;
-    SPRINGLS__GLOBAL float *pressure, *velocity, *user;
-} springls__forces_here;
+typedef struct springls__force_arrays { SPRINGLS__FORCE_ARRAYS(SPRINGLS__ARRAY_MEMBER) } springls__force_arrays;
 
 #define SPRINGLS__SCRATCHES 8
+
+typedef struct springls__work_arrays {
+    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES];
+    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+} springls__work_arrays;
 
 /* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
 #define SPRINGLS__ROWS 64
@@ -1598,52 +1663,13 @@ SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return 
 typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
-    springls__grid reference;           /* phi_ref: top table and phi only                                      */
+    springls__grid reference;      /* phi_ref: top table and phi only                                       */
     springls__cell_list cells;
-    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
-    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
-    springls__forces_here force;        /* what moves it, where no callback does                                */
-    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
-    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
-    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
-    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */
-    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
+    springls__force_arrays force;  /* what moves the springls where no callback does                        */
+    springls__work_arrays work;
     springls__group group;
     springls_params params;
 } springls__model;
-
-/* All arrays: name, element, elements that belong together, place in the model. */
-#define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
-    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
-    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \
-    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
-    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \
-    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
-    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
-    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
-    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
-    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
-    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \
-    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
-    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
-    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
-    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
-    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
-    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
-    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
-    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
-
-/* All of a springl, on its way to another place. */
-typedef struct springls__packed {
-    springls__springl s;
-    springls__v3 a, synced_position;
-    uint32_t id, generation;
-    int32_t component;
-    float phi;
-    uint32_t mask, edge, parent, birth;
-} springls__packed;
-#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -1687,20 +1713,43 @@ SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { re
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
-/* A new springl in place i, at or beyond `count`: its id follows from the place. */
+SPRINGLS__MATHS springls__springl_record springls__springl_load(const springls__model *model, int i)
+{
+    springls__springl_record record;
+#define SPRINGLS__LOAD_MEMBER(name, type, block, owner, member) record.member = model->owner.member[i];
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__LOAD_MEMBER)
+#undef SPRINGLS__LOAD_MEMBER
+    return record;
+}
+
+SPRINGLS__MATHS void springls__springl_store(const springls__model *model, int i, springls__springl_record record)
+{
+#define SPRINGLS__STORE_MEMBER(name, type, block, owner, member) model->owner.member[i] = record.member;
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__STORE_MEMBER)
+#undef SPRINGLS__STORE_MEMBER
+}
+
+/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+SPRINGLS__MATHS void springls__springl_renew(const springls__model *model, int i, springls__springl_record *record)
+{
+    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
+    record->component = -1;
+    record->phi = 0.0f;
+    record->synced_position = record->s.p;
+}
+
+/* Stores a new springl in place i, at or beyond `count`. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
-    model->set.s[i] = s;
-    model->set.a[i] = a;
-    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
-    model->set.generation[i] = generation;
-    model->set.mask[i] = mask;
-    model->set.component[i] = -1;
-    model->set.edge[i] = 0;
-    model->set.parent[i] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
-    model->set.phi[i] = 0.0f;
-    model->set.synced_position[i] = s.p;
+    springls__springl_record record;
+    record.s = s;
+    record.a = a;
+    record.generation = generation;
+    record.mask = mask;
+    record.edge = 0;
+    record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
+    springls__springl_renew(model, i, &record);
+    springls__springl_store(model, i, record);
 }
 
 /* phi has been made to follow the springls. */
@@ -1714,15 +1763,21 @@ SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *mo
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
+    ((SPRINGLS__GLOBAL float *)model->work.scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
 }
 
-/* The model's numbers, as kernels are given them. */
+/* Lists the numbers of a model that kernels are given besides its arrays: X(type, name, place in the model). */
+#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
+    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
+    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
+    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
+    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+
 typedef struct springls__shape {
-    int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id, step;
-    int active_count, free_count, slot_count, large_count;
-    float far_value, reference_far_value, bounding_radius;
+    int size[3], bricks[3];
+#define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+#undef SPRINGLS__NUMBER_MEMBER
 } springls__shape;
 
 SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
@@ -1733,17 +1788,9 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
         shape.size[axis] = model->grid.size[axis];
         shape.bricks[axis] = model->grid.bricks[axis];
     }
-    shape.springls = model->set.count;
-    shape.at_edges = model->set.at_edges;
-    shape.next_id = model->set.next_id;
-    shape.step = model->set.step;
-    shape.active_count = model->grid.active_count;
-    shape.free_count = model->grid.free_count;
-    shape.slot_count = model->grid.slot_count;
-    shape.large_count = model->cells.large_count;
-    shape.far_value = model->grid.far_value;
-    shape.reference_far_value = model->reference.far_value;
-    shape.bounding_radius = model->cells.bounding_radius;
+#define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)
+#undef SPRINGLS__READ_NUMBER
     return shape;
 }
 
@@ -1754,17 +1801,9 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
         model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
         model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
     }
-    model->set.count = shape.springls;
-    model->set.at_edges = shape.at_edges;
-    model->set.next_id = shape.next_id;
-    model->set.step = shape.step;
-    model->grid.active_count = shape.active_count;
-    model->grid.free_count = shape.free_count;
-    model->grid.slot_count = shape.slot_count;
-    model->cells.large_count = shape.large_count;
-    model->grid.far_value = shape.far_value;
-    model->reference.far_value = shape.reference_far_value;
-    model->cells.bounding_radius = shape.bounding_radius;
+#define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)
+#undef SPRINGLS__WRITE_NUMBER
 }
 
 /* ======== >>grid  (kernels_embed/model/grid.h) ================================================================= */
@@ -2145,7 +2184,7 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 {
     int slot = model->grid.active[i];
     if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 /* ======== >>cell_list  (kernels_embed/model/cell_list.h) ======================================================= */
@@ -2319,7 +2358,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }
 
 /* ======== >>advect  (kernels_embed/stages/advect.h) ============================================================ */
@@ -2514,15 +2553,15 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
-    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
-    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+    ((SPRINGLS__GLOBAL springls__movers *)model->work.scratch[0])[i] = d;
+    ((SPRINGLS__GLOBAL float *)model->work.scratch[1])[i] = finite ? d2 : FLT_MAX;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
 }
 
 /* Moves springl i by its displacements in SCRATCH0. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
 {
-    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->work.scratch[0])[i];
     springls__springl s = model->set.s[i];
     int m;
     (void)job;
@@ -2667,7 +2706,7 @@ SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, S
 /* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
     springls__relax_rule rule = springls__relax_rule_of(&model->params);
     springls__springl s = all[i];
@@ -2679,7 +2718,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
                                     springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
         s = springls__springl_make(t, s.p);
     }
-    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
+    ((SPRINGLS__GLOBAL springls__springl *)model->work.scratch[1])[i] = s;
 }
 
 /* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */
@@ -2956,7 +2995,7 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
 /* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     springls__springl s = model->set.s[i];
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     *fate = SPRINGLS__KEEP;
@@ -2975,7 +3014,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     springls__v3 area2 = springls__tri_area2(t), n;
     float area = 0.5f * springls__length(area2);
     (void)job;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != SPRINGLS__RESHAPE) return;
     n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
@@ -3006,16 +3045,16 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
 
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1];
     uint8_t now = fate[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
 }
 
 /* All that are kept so far are undecided. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     (void)job;
     if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }
@@ -3637,8 +3676,8 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[4])[i] = springls__springl_normal(model->set.s[i]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[7])[i] = model->set.edge[i];
 }
 
 /* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
@@ -3646,8 +3685,8 @@ SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model,
 SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)
 {
     const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[4];
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[7];
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
     bool suspect = false;
@@ -3657,14 +3696,14 @@ SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model
         if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
             suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[6])[i] = suspect;
 }
 
 SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)
 {
     const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
     const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[7];
     springls__springl s = model->set.s[i];
     springls__sample_set crowd;
     springls__fit_result fit;
@@ -3673,7 +3712,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     int k;
     (void)job;
     model->set.edge[i] = 0;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
+    if (!((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[6])[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
     for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
     sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
@@ -3681,13 +3720,13 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[4])[i] = fit.normal;
 }
 
 SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)
 {
     springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];
+    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[4])[i];
     int m;
     (void)job;
     if (!model->set.edge[i] || model->set.mask[i]) return;
@@ -3863,7 +3902,7 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[1])[i] = springls__is_overgrown(model,
                                                                                  springls__springl_tri(model->set.s[i])) ? 1u
                                                                                      : 0u;
 }
@@ -3871,8 +3910,8 @@ SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, s
 /* To SCRATCH2: the halves of the first job.i[0] of them. */
 SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->work.scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[1])[i];
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
     halves[2u * at] = springls__child_of(model, i, 0);
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
@@ -3881,8 +3920,8 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
 /* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->work.scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[1])[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
     int n = model->set.count + (int)at;
@@ -3930,7 +3969,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
     if (group.item == 0)
-        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+        ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -3960,7 +3999,7 @@ SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int
 SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
+    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2];
     const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
     const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
     int at[3], k;
@@ -3976,7 +4015,7 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
         if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
         before = background;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[job.i[2] + i] = grew;
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
@@ -3984,7 +4023,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] == SPRINGLS__BACKGROUND;
     int slot = g->top[i], row, v;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)job;
@@ -4041,7 +4080,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     grown[group.item] = grew;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[index] = grew > 0.0f;
 }
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
@@ -4383,7 +4422,7 @@ SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const flo
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
+    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[0])[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
@@ -4393,7 +4432,7 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
 /* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;
+    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->work.scratch[0] + i;
     int in_cells = model->set.count - model->cells.large_count;
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
@@ -4406,7 +4445,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];
+    return (SPRINGLS__GLOBAL const springls__oriented *)model->work.scratch[0];
 }
 
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
@@ -4613,7 +4652,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
@@ -4645,7 +4684,7 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != 0;
     int row, v;
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -4944,16 +4983,16 @@ SPRINGLS__MATHS void springls__seed_element(const springls__model *model, spring
 {
     springls__seed seed = springls__seed_beside(model, i);
     (void)job;
-    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
+    ((SPRINGLS__GLOBAL springls__seed *)model->work.scratch[1])[i] = seed;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
 /* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
    are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
 SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
 {
-    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
+    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->work.scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2];
     springls__seed seed = seeds[i];
     springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
@@ -4969,28 +5008,28 @@ SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int 
 
 SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)
 {
-    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
+    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
 }
 
 /* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
 SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
-        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
+    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[4])[i] =
+        ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
 /* The first job.i[0] accepted seeds become springls. */
 SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
-    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->work.scratch[1])[i];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[4])[i];
     int n = model->set.count + (int)at;
     springls__tri t;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
@@ -5024,8 +5063,8 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
 /* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
 SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
-    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
+    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[2] + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     uint32_t count = 0u;
     int x, y, z, k, row;
@@ -5053,8 +5092,8 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
 /* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
 SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
+    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[2])[i], cube, k;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
         int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
@@ -5111,24 +5150,24 @@ SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    return (SPRINGLS__GLOBAL springls__cube *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;
 }
 
 /* How many triangles and vertices active bricks have; after the scan, those before them. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[2];
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[3];
 }
 
 /* Triangles of a brick before each of its rows of cubes. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
@@ -5269,7 +5308,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
         (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
     }
     SPRINGLS__BARRIER;
-    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->work.scratch[4])[model->grid.active[i]] = i;
     for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
         uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
         springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
@@ -5282,7 +5321,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
+    int i = ((SPRINGLS__GLOBAL const int *)model->work.scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
     uint32_t seen = 0u;
     springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
@@ -5299,8 +5338,8 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
 SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
                                             springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
-    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[5];
+    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->work.scratch[6] + 3 * (size_t)first;
     const int mask = springls__cube_case(cube), *o = range->origin;
     int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
     uint32_t seen = 0u;
@@ -5351,12 +5390,12 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 /* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
 SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)
 {
-    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[5])[i];
     int nearest = springls__nearest_springl(model, x, 1.0f);
     (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    ((SPRINGLS__GLOBAL int *)model->work.scratch[3])[i] = nearest;
 }
 
 /* ======== >>simd  (kernels_embed/language/simd.h) ============================================================== */
@@ -6217,13 +6256,20 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* The arrays of the model by number. */
-typedef enum springls__array {
-#define SPRINGLS__ARRAY_NUMBER(name, type, block, member) SPRINGLS__ARRAY_##name,
-    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
-#undef SPRINGLS__ARRAY_NUMBER
-    SPRINGLS__ARRAY_COUNT
-} springls__array;
+/* Sets of arrays: a bit each. */
+#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__GRID_BITS ((uint64_t)0 SPRINGLS__GRID_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SEARCH_BITS ((uint64_t)0 SPRINGLS__SEARCH_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__WORK_BITS ((uint64_t)0 SPRINGLS__SCRATCH_ARRAYS(SPRINGLS__OR_BIT) SPRINGLS__DEVICE_ARRAYS(SPRINGLS__OR_BIT))
+
+#define SPRINGLS__ONE_MORE(name, type, block, owner, member) + 1
+#define SPRINGLS__SPRINGL_ARRAY_COUNT (0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ONE_MORE)) /* the first of all arrays */
+
+SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
    0, the parent of nodes first and first+1. Children follow their parents. */
@@ -6472,14 +6518,14 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* The model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
 
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
-#define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
+#define SPRINGLS__SIZE(name, type, block, owner, member) sizeof(type) * (block),
     static const size_t sizes[] = { SPRINGLS__ARRAYS(SPRINGLS__SIZE) 0 };
 #undef SPRINGLS__SIZE
     return sizes[array];
@@ -6500,11 +6546,20 @@ SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__arr
     return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
+/* Makes room for count elements in each of some arrays (bits); keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__grow_all(springls_context *ctx, uint64_t arrays, size_t count, size_t keep)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (springls__has_array(arrays, array)) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, count, keep));
+    return SPRINGLS_OK;
+}
+
 /* Working memory `index` of the running stage, at least count elements; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
     SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
-    if (out) *out = ctx->model.scratch[index];
+    if (out) *out = ctx->model.work.scratch[index];
     return SPRINGLS_OK;
 }
 
@@ -6684,10 +6739,6 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
-
-#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
-#define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
-#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(SYNCED_POSITION) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -6882,12 +6933,12 @@ SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const sprin
 
 SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__job job, int begin, int end)
 {
-    springls__springl *next = (springls__springl *)model->scratch[1];
+    springls__springl *next = (springls__springl *)model->work.scratch[1];
     springls__relax_rule rule = springls__relax_rule_of(&model->params);
     int first, i;
     (void)job;
     for (first = begin; first < end; first += SPRINGLS__LANES)
-        springls__relax_lanes(rule, model->set.s, model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
+        springls__relax_lanes(rule, model->set.s, model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
                               springls__imin(end - first, SPRINGLS__LANES), next);
     for (i = begin; i < end; i++)
         if (model->set.mask[i]) next[i] = model->set.s[i];
@@ -6945,11 +6996,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
-        || array == SPRINGLS__ARRAY_NEIGHBORS)
-        used = (size_t)m->set.count;
-    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
-        used = (size_t)m->grid.slot_count;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, array)) used = (size_t)m->grid.slot_count;
     return used < all ? used : all;
 }
 
@@ -6963,8 +7011,6 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     else buffer->device_stale = false;
     return SPRINGLS_OK;
 }
-
-#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
 /* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
    from where it was. A failure when not even that can be: the model is lost. */
@@ -7002,10 +7048,10 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
-        if (!((reads | writes) >> array & 1u)) continue;
+        if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
 }
@@ -7022,7 +7068,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (writes >> array & 1u) buffer->host_stale = true;
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
 }
@@ -7065,16 +7111,12 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* Working memory of stages: what it holds is of no use to whoever comes after them. */
-#define SPRINGLS__SCRATCH_BITS                                                                                                      \
-    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
-
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* From now on they run here, on all of the model: for inputs and queries. */
@@ -7082,8 +7124,8 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
 {
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
+    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
@@ -7173,7 +7215,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
         springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
-    values = (const float *)ctx->model.scratch[scratch];
+    values = (const float *)ctx->model.work.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -7181,7 +7223,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
 /* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
 {
-    uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
+    uint32_t *numbers = (uint32_t *)ctx->model.work.scratch[scratch];
     uint64_t sum = 0;
     int i;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
@@ -7385,13 +7427,10 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
 /* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
 
-/* Room for count springls, keeping those that are there. */
+/* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
-    int array;
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++)
-        SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
 /* Springls have been put behind the others by springls__springl_add. */
@@ -7406,7 +7445,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -7415,18 +7454,14 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 /* Drops every springl whose byte in SCRATCH1 is 0; the others stay in order. */
 SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
 {
-    const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
-    int array, i, n = 0, count = ctx->model.set.count;
+    const uint8_t *keep = (const uint8_t *)ctx->model.work.scratch[1];
+    int i, n = 0, count = ctx->model.set.count;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
-        char *data = (char *)ctx->memory[array].data;
-        size_t element = springls__element_size((springls__array)array);
-        for (i = n = 0; i < count; i++) {
-            if (!keep[i]) continue;
-            if (n != i) memcpy(data + (size_t)n * element, data + (size_t)i * element, element);
-            n++;
-        }
+    for (i = 0; i < count; i++) {
+        if (!keep[i]) continue;
+        if (n != i) springls__springl_store(&ctx->model, n, springls__springl_load(&ctx->model, i));
+        n++;
     }
     ctx->model.set.count = n;
     return SPRINGLS_OK;
@@ -7492,17 +7527,10 @@ SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside,
     springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
 }
 
-/* Room for `slots` slots. */
+/* Makes room for `slots` slots; keeps those that are there. */
 SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
 {
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)slots, used = (size_t)g->slot_count;
-    int array;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SLOT_BRICK, n, used));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_ACTIVE, n, (size_t)g->active_count));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FREE_SLOTS, n, (size_t)g->free_count));
-    for (array = SPRINGLS__ARRAY_PHI; array <= SPRINGLS__ARRAY_CELL; array++) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, n, used));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
 /* The constant bricks of a grid, far outside and far inside. */
@@ -9025,7 +9053,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     int64_t v;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
     region.ctx = ctx;
-    region.state = (uint8_t *)ctx->model.scratch[2];
+    region.state = (uint8_t *)ctx->model.work.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
@@ -12606,7 +12634,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.ctx = ctx;
-    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.fate = (const uint8_t *)ctx->model.work.scratch[1];
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
@@ -12641,7 +12669,7 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    const uint8_t *fate = (const uint8_t *)ctx->model.work.scratch[1];
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
@@ -13321,22 +13349,19 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
-                                         const springls__side_rule *rule, bool turn)
+/* Turns a triangle round: its normal points the other way. */
+SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
 {
-    const springls__constellation *set = &other->model.set;
-    springls__springl s = springls__pull_to_surface(rule, set->s[j]);
-    uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
-    int i, k, n;
-    if (turn) {
-        springls__v3 q = s.q[1];
-        s.q[1] = s.q[2];
-        s.q[2] = q;
-    }
-    n = springls__constellation_append(ctx, &s, set->a[j], set->generation[j], set->mask[j]);
-    ctx->model.set.birth[n] = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (birth & 3u);
-    ctx->model.set.edge[n] = set->edge[j];
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
+/* Copies the values of springl j for the attributes that both models have; others are 0. */
+SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
+{
+    int i, k;
     for (i = 0; i < ctx->attribute_count; i++) {
         const springls__attribute *attribute = &ctx->attributes[i];
         size_t bytes = (size_t)attribute->channels * sizeof(float);
@@ -13346,6 +13371,22 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
         else
             memset(springls__attribute_row(attribute, n), 0, bytes);
     }
+}
+
+/* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
+                                               const springls__side_rule *rule, bool turn)
+{
+    springls__springl_record record = springls__springl_load(&other->model, j);
+    uint32_t age = other->model.set.step - (record.birth >> 2);
+    int n = ctx->model.set.count;
+    record.s = springls__pull_to_surface(rule, record.s);
+    if (turn) record.s = springls__turned_round(record.s);
+    record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
+    springls__springl_renew(&ctx->model, n, &record);
+    springls__springl_store(&ctx->model, n, record);
+    springls__constellation_added(ctx, 1);
+    springls__copy_other_values(ctx, n, other, j);
 }
 
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -13367,7 +13408,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
+        if (((const uint8_t *)other->model.work.scratch[1])[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
@@ -13539,7 +13580,7 @@ typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh;
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    void *const *found = job->ctx->model.scratch;
+    void *const *found = job->ctx->model.work.scratch;
     for (; begin < end; begin++) {
         springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
         springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);
@@ -14367,7 +14408,7 @@ typedef struct springls__snapshot_state {
 /* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
 typedef enum springls__section {
     SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_SYNCED_POSITION + 1,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
     SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
     SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
     SPRINGLS__SECTION_PHI,
@@ -14548,7 +14589,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     memcpy(out + sizeof head, s, sizeof *s);
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors,
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
@@ -14816,7 +14857,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
     if (s->has_neighbors && s->count)
-        memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
+        memcpy(ctx->model.cells.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
                (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     if (s->locked)
         memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
@@ -15261,22 +15302,95 @@ static const char *const springls__kernel_lines[] = {
     "    float bounding_radius; /* max |q[m] - p|                                                                   */\n",
     "} springls__springl;\n",
     "\n",
+    "/* ---- the arrays of a model ----\n",
+    "   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:\n",
+    "   X(NAME, element type, elements that belong together, struct of the model, member). */\n",
+    "\n",
+    "/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */\n",
+    "#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \\\n",
+    "    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \\\n",
+    "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
+    "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
+    "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
+    "    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \\\n",
+    "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
+    "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
+    "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
+    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \\\n",
+    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */\n",
+    "\n",
+    "/* Lists what a grid has for each slot. */\n",
+    "#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \\\n",
+    "    X(SLOT_BRICK, int, 1, grid, slot_brick)         /* slot -> brick; -1: free or constant                                    */ \\\n",
+    "    X(ACTIVE, int, 1, grid, active)                 /* slots in use by ascending brick: the order of every loop over bricks   */ \\\n",
+    "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
+    "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
+    "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture; below 0: unknown */\\\n",
+    "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
+    "\n",
+    "/* Lists what a grid has. */\n",
+    "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
+    "\n",
+    "/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */\n",
+    "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
+    "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
+    "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
+    "    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */\n",
+    "#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \\\n",
+    "    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \\\n",
+    "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
+    "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
+    "\n",
+    "/* Lists what a device needs to move springls by itself (advect.h). */\n",
+    "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
+    "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
+    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
+    "\n",
+    "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
+    "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
+    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \\\n",
+    "    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \\\n",
+    "    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])\n",
+    "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
+    "    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \\\n",
+    "    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \\\n",
+    "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
+    "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
+    "    X(SPARE, springls__springl_record, 1, work, spare) /* springls on their way to another place                              */\n",
+    "\n",
+    "/* Lists all arrays. */\n",
+    "#define SPRINGLS__ARRAYS(X)                                                                                                      \\\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \\\n",
+    "    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \\\n",
+    "    SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \\\n",
+    "    SPRINGLS__DEVICE_ARRAYS(X)\n",
+    "\n",
+    "typedef enum springls__array {\n",
+    "#define SPRINGLS__ARRAY_NUMBER(name, type, block, owner, member) SPRINGLS__ARRAY_##name,\n",
+    "    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)\n",
+    "#undef SPRINGLS__ARRAY_NUMBER\n",
+    "    SPRINGLS__ARRAY_COUNT\n",
+    "} springls__array;\n",
+    "\n",
+    "#define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;\n",
+    "\n",
+    "/* ---- the structs of a model ---- */\n",
+    "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
     "typedef struct springls__constellation {\n",
-    "    SPRINGLS__GLOBAL springls__springl *s;\n",
-    "    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */\n",
-    "    SPRINGLS__GLOBAL uint32_t *id;\n",
-    "    SPRINGLS__GLOBAL uint32_t *generation;\n",
-    "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
-    "    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */\n",
-    "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
-    "    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */\n",
-    "    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */\n",
-    "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
-    "    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */\n",
-    "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
-    "    uint32_t next_id, step; /* step: of the model, modulo 2^30 */\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "    int count, at_edges;    /* at_edges: how many lie at a sharp edge   */\n",
+    "    uint32_t next_id, step; /* step: of the model, modulo 2^30          */\n",
     "} springls__constellation;\n",
+    "\n",
+    "/* All of one springl. */\n",
+    "typedef struct springls__springl_record {\n",
+    "#define SPRINGLS__RECORD_MEMBER(name, type, block, owner, member) type member;\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__RECORD_MEMBER)\n",
+    "#undef SPRINGLS__RECORD_MEMBER\n",
+    "} springls__springl_record;\n",
     "\n",
     "/* Kinds of springls: springls_kind of the interface. */\n",
     "#define SPRINGLS__KIND_ORIGINAL 0u\n",
@@ -15294,39 +15408,31 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */\n",
     "\n",
     "typedef struct springls__grid {\n",
-    "    int size[3];                        /* voxels                                                               */\n",
-    "    int bricks[3];                      /* of the top table                                                     */\n",
-    "    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */\n",
-    "    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */\n",
-    "    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */\n",
-    "    SPRINGLS__GLOBAL int *free_slots;\n",
+    "    int size[3];            /* voxels                                                                */\n",
+    "    int bricks[3];          /* of the top table                                                      */\n",
+    "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
-    "    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */\n",
-    "    SPRINGLS__GLOBAL float *phi_next;\n",
-    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */\n",
-    "    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */\n",
-    "    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */\n",
+    "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "} springls__grid;\n",
     "\n",
-    "/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */\n",
+    "/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */\n",
     "typedef struct springls__cell_list {\n",
-    "    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */\n",
-    "    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */\n",
-    "    SPRINGLS__GLOBAL uint32_t *brick_list_ids;\n",
-    "    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */\n",
-    "    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */\n",
-    "    float bounding_radius;                         /* of the springls that are in cells                                 */\n",
+    "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "    float bounding_radius;  /* the largest of the springls that are in cells                         */\n",
     "    int large_count;\n",
     "} springls__cell_list;\n",
     "\n",
-    "/* Forces that kernels can take by themselves (advect.h). */\n",
+    "/* Forces that kernels evaluate by themselves (advect.h). */\n",
     "struct springls__force_rule;\n",
-    "typedef struct springls__forces_here {\n",
-    "    SPRINGLS__GLOBAL struct springls__force_rule *rule;\n",
-    "    SPRINGLS__GLOBAL float *pressure, *velocity, *user;\n",
-    "} springls__forces_here;\n",
+    "typedef struct springls__force_arrays { SPRINGLS__FORCE_ARRAYS(SPRINGLS__ARRAY_MEMBER) } springls__force_arrays;\n",
     "\n",
     "#define SPRINGLS__SCRATCHES 8\n",
+    "\n",
+    "typedef struct springls__work_arrays {\n",
+    "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES];\n",
+    "    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "} springls__work_arrays;\n",
     "\n",
     "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
     "#define SPRINGLS__ROWS 64\n",
@@ -15346,52 +15452,13 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
     "    springls__grid grid;\n",
-    "    springls__grid reference;           /* phi_ref: top table and phi only                                      */\n",
+    "    springls__grid reference;      /* phi_ref: top table and phi only                                       */\n",
     "    springls__cell_list cells;\n",
-    "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
-    "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
-    "    springls__forces_here force;        /* what moves it, where no callback does                                */\n",
-    "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
-    "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
-    "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
-    "    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */\n",
-    "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
+    "    springls__force_arrays force;  /* what moves the springls where no callback does                        */\n",
+    "    springls__work_arrays work;\n",
     "    springls__group group;\n",
     "    springls_params params;\n",
     "} springls__model;\n",
-    "\n",
-    "/* All arrays: name, element, elements that belong together, place in the model. */\n",
-    "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
-    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \\\n",
-    "    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \\\n",
-    "    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
-    "    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \\\n",
-    "    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \\\n",
-    "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
-    "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
-    "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \\\n",
-    "    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \\\n",
-    "    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \\\n",
-    "    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \\\n",
-    "    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \\\n",
-    "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
-    "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
-    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \\\n",
-    "    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \\\n",
-    "    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \\\n",
-    "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
-    "    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
-    "\n",
-    "/* All of a springl, on its way to another place. */\n",
-    "typedef struct springls__packed {\n",
-    "    springls__springl s;\n",
-    "    springls__v3 a, synced_position;\n",
-    "    uint32_t id, generation;\n",
-    "    int32_t component;\n",
-    "    float phi;\n",
-    "    uint32_t mask, edge, parent, birth;\n",
-    "} springls__packed;\n",
-    "#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -15435,20 +15502,43 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
     "\n",
-    "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
+    "SPRINGLS__MATHS springls__springl_record springls__springl_load(const springls__model *model, int i)\n",
+    "{\n",
+    "    springls__springl_record record;\n",
+    "#define SPRINGLS__LOAD_MEMBER(name, type, block, owner, member) record.member = model->owner.member[i];\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__LOAD_MEMBER)\n",
+    "#undef SPRINGLS__LOAD_MEMBER\n",
+    "    return record;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__springl_store(const springls__model *model, int i, springls__springl_record record)\n",
+    "{\n",
+    "#define SPRINGLS__STORE_MEMBER(name, type, block, owner, member) model->owner.member[i] = record.member;\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__STORE_MEMBER)\n",
+    "#undef SPRINGLS__STORE_MEMBER\n",
+    "}\n",
+    "\n",
+    "/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */\n",
+    "SPRINGLS__MATHS void springls__springl_renew(const springls__model *model, int i, springls__springl_record *record)\n",
+    "{\n",
+    "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
+    "    record->component = -1;\n",
+    "    record->phi = 0.0f;\n",
+    "    record->synced_position = record->s.p;\n",
+    "}\n",
+    "\n",
+    "/* Stores a new springl in place i, at or beyond `count`. */\n",
     "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
     "{\n",
-    "    model->set.s[i] = s;\n",
-    "    model->set.a[i] = a;\n",
-    "    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    model->set.generation[i] = generation;\n",
-    "    model->set.mask[i] = mask;\n",
-    "    model->set.component[i] = -1;\n",
-    "    model->set.edge[i] = 0;\n",
-    "    model->set.parent[i] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);\n",
-    "    model->set.phi[i] = 0.0f;\n",
-    "    model->set.synced_position[i] = s.p;\n",
+    "    springls__springl_record record;\n",
+    "    record.s = s;\n",
+    "    record.a = a;\n",
+    "    record.generation = generation;\n",
+    "    record.mask = mask;\n",
+    "    record.edge = 0;\n",
+    "    record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);\n",
+    "    springls__springl_renew(model, i, &record);\n",
+    "    springls__springl_store(model, i, record);\n",
     "}\n",
     "\n",
     "/* phi has been made to follow the springls. */\n",
@@ -15462,15 +15552,21 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));\n",
+    "    ((SPRINGLS__GLOBAL float *)model->work.scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));\n",
     "}\n",
     "\n",
-    "/* The model's numbers, as kernels are given them. */\n",
+    "/* Lists the numbers of a model that kernels are given besides its arrays: X(type, name, place in the model). */\n",
+    "#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \\\n",
+    "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
+    "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
+    "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
+    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "\n",
     "typedef struct springls__shape {\n",
-    "    int size[3], bricks[3], springls, at_edges;\n",
-    "    uint32_t next_id, step;\n",
-    "    int active_count, free_count, slot_count, large_count;\n",
-    "    float far_value, reference_far_value, bounding_radius;\n",
+    "    int size[3], bricks[3];\n",
+    "#define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;\n",
+    "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)\n",
+    "#undef SPRINGLS__NUMBER_MEMBER\n",
     "} springls__shape;\n",
     "\n",
     "SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)\n",
@@ -15481,17 +15577,9 @@ static const char *const springls__kernel_lines[] = {
     "        shape.size[axis] = model->grid.size[axis];\n",
     "        shape.bricks[axis] = model->grid.bricks[axis];\n",
     "    }\n",
-    "    shape.springls = model->set.count;\n",
-    "    shape.at_edges = model->set.at_edges;\n",
-    "    shape.next_id = model->set.next_id;\n",
-    "    shape.step = model->set.step;\n",
-    "    shape.active_count = model->grid.active_count;\n",
-    "    shape.free_count = model->grid.free_count;\n",
-    "    shape.slot_count = model->grid.slot_count;\n",
-    "    shape.large_count = model->cells.large_count;\n",
-    "    shape.far_value = model->grid.far_value;\n",
-    "    shape.reference_far_value = model->reference.far_value;\n",
-    "    shape.bounding_radius = model->cells.bounding_radius;\n",
+    "#define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;\n",
+    "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)\n",
+    "#undef SPRINGLS__READ_NUMBER\n",
     "    return shape;\n",
     "}\n",
     "\n",
@@ -15502,19 +15590,11 @@ static const char *const springls__kernel_lines[] = {
     "        model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];\n",
     "        model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];\n",
     "    }\n",
-    "    model->set.count = shape.springls;\n",
-    "    model->set.at_edges = shape.at_edges;\n",
-    "    model->set.next_id = shape.next_id;\n",
-    "    model->set.step = shape.step;\n",
-    "    model->grid.active_count = shape.active_count;\n",
-    "    model->grid.free_count = shape.free_count;\n",
-    "    model->grid.slot_count = shape.slot_count;\n",
-    "    model->cells.large_count = shape.large_count;\n",
-    "    model->grid.far_value = shape.far_value;\n",
-    "    model->reference.far_value = shape.reference_far_value;\n",
-    "    model->cells.bounding_radius = shape.bounding_radius;\n",
+    "#define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;\n",
+    "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
+    "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 1771 \"springls.h\"\n",
+    "#line 1810 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15762,7 +15842,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2020 \"springls.h\"\n",
+    "#line 2059 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -15891,9 +15971,9 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    int slot = model->grid.active[i];\n",
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2152 \"springls.h\"\n",
+    "#line 2191 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16003,7 +16083,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2263 \"springls.h\"\n",
+    "#line 2302 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16063,9 +16143,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
+    "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2326 \"springls.h\"\n",
+    "#line 2365 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16257,15 +16337,15 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
     "    d2 = springls__length2(d.x[0]);\n",
-    "    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;\n",
-    "    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "    ((SPRINGLS__GLOBAL springls__movers *)model->work.scratch[0])[i] = d;\n",
+    "    ((SPRINGLS__GLOBAL float *)model->work.scratch[1])[i] = finite ? d2 : FLT_MAX;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = d2 > 1e-4f ? 1 : 0;\n",
     "}\n",
     "\n",
     "/* Moves springl i by its displacements in SCRATCH0. */\n",
     "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];\n",
+    "    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->work.scratch[0])[i];\n",
     "    springls__springl s = model->set.s[i];\n",
     "    int m;\n",
     "    (void)job;\n",
@@ -16273,7 +16353,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2535 \"springls.h\"\n",
+    "#line 2574 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16409,7 +16489,7 @@ static const char *const springls__kernel_lines[] = {
     "/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__GLOBAL const int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
     "    springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
     "    springls__springl s = all[i];\n",
@@ -16421,7 +16501,7 @@ static const char *const springls__kernel_lines[] = {
     "                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));\n",
     "        s = springls__springl_make(t, s.p);\n",
     "    }\n",
-    "    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;\n",
+    "    ((SPRINGLS__GLOBAL springls__springl *)model->work.scratch[1])[i] = s;\n",
     "}\n",
     "\n",
     "/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */\n",
@@ -16437,7 +16517,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2700 \"springls.h\"\n",
+    "#line 2739 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16463,7 +16543,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2727 \"springls.h\"\n",
+    "#line 2766 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16532,7 +16612,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2797 \"springls.h\"\n",
+    "#line 2836 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16583,7 +16663,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2849 \"springls.h\"\n",
+    "#line 2888 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16694,7 +16774,7 @@ static const char *const springls__kernel_lines[] = {
     "/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    *fate = SPRINGLS__KEEP;\n",
@@ -16713,7 +16793,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 area2 = springls__tri_area2(t), n;\n",
     "    float area = 0.5f * springls__length(area2);\n",
     "    (void)job;\n",
-    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;\n",
+    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != SPRINGLS__RESHAPE) return;\n",
     "    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
     "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
     "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
@@ -16744,20 +16824,20 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1];\n",
     "    uint8_t now = fate[i];\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
     "}\n",
     "\n",
     "/* All that are kept so far are undecided. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;\n",
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3024 \"springls.h\"\n",
+    "#line 3063 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16879,7 +16959,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3147 \"springls.h\"\n",
+    "#line 3186 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -17019,7 +17099,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3288 \"springls.h\"\n",
+    "#line 3327 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17372,8 +17452,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[4])[i] = springls__springl_normal(model->set.s[i]);\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[7])[i] = model->set.edge[i];\n",
     "}\n",
     "\n",
     "/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those\n",
@@ -17381,8 +17461,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */\n",
-    "    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
+    "    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[4];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[7];\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
     "    bool suspect = false;\n",
@@ -17392,14 +17472,14 @@ static const char *const springls__kernel_lines[] = {
     "        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)\n",
     "            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
     "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[6])[i] = suspect;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */\n",
     "    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[7];\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__sample_set crowd;\n",
     "    springls__fit_result fit;\n",
@@ -17408,7 +17488,7 @@ static const char *const springls__kernel_lines[] = {
     "    int k;\n",
     "    (void)job;\n",
     "    model->set.edge[i] = 0;\n",
-    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;\n",
+    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[6])[i]) return;\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);\n",
     "    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);\n",
     "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
@@ -17416,20 +17496,20 @@ static const char *const springls__kernel_lines[] = {
     "    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);\n",
     "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
     "    model->set.edge[i] = 1;\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[4])[i] = fit.normal;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];\n",
+    "    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[4])[i];\n",
     "    int m;\n",
     "    (void)job;\n",
     "    if (!model->set.edge[i] || model->set.mask[i]) return;\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3699 \"springls.h\"\n",
+    "#line 3738 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17527,7 +17607,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3798 \"springls.h\"\n",
+    "#line 3837 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17596,7 +17676,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[1])[i] = springls__is_overgrown(model,\n",
     "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
     "                                                                                     : 0u;\n",
     "}\n",
@@ -17604,8 +17684,8 @@ static const char *const springls__kernel_lines[] = {
     "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
     "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->work.scratch[2];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[1])[i];\n",
     "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
     "    halves[2u * at] = springls__child_of(model, i, 0);\n",
     "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
@@ -17614,8 +17694,8 @@ static const char *const springls__kernel_lines[] = {
     "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->work.scratch[2];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[1])[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
     "    springls__half first, second;\n",
     "    int n = model->set.count + (int)at;\n",
@@ -17633,7 +17713,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3905 \"springls.h\"\n",
+    "#line 3944 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17662,7 +17742,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
     "    if (group.item == 0)\n",
-    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "        ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -17692,7 +17772,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];\n",
+    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2];\n",
     "    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
     "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
     "    int at[3], k;\n",
@@ -17708,7 +17788,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
     "        before = background;\n",
     "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[job.i[2] + i] = grew;\n",
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
@@ -17716,7 +17796,7 @@ static const char *const springls__kernel_lines[] = {
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
+    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
     "    int slot = g->top[i], row, v;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)job;\n",
@@ -17773,7 +17853,7 @@ static const char *const springls__kernel_lines[] = {
     "    grown[group.item] = grew;\n",
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -17839,7 +17919,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4112 \"springls.h\"\n",
+    "#line 4151 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17896,7 +17976,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4170 \"springls.h\"\n",
+    "#line 4209 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17991,7 +18071,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4266 \"springls.h\"\n",
+    "#line 4305 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -18112,16 +18192,16 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4391 \"springls.h\"\n",
+    "#line 4430 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;\n",
+    "    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->work.scratch[0] + i;\n",
     "    int in_cells = model->set.count - model->cells.large_count;\n",
     "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
     "    springls__springl s = model->set.s[n];\n",
@@ -18134,7 +18214,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];\n",
+    "    return (SPRINGLS__GLOBAL const springls__oriented *)model->work.scratch[0];\n",
     "}\n",
     "\n",
     "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
@@ -18341,7 +18421,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;\n",
     "    bool carry = job.i[0] != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
@@ -18373,7 +18453,7 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
+    "    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != 0;\n",
     "    int row, v;\n",
     "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -18405,7 +18485,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4682 \"springls.h\"\n",
+    "#line 4721 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18592,7 +18672,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4870 \"springls.h\"\n",
+    "#line 4909 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18670,16 +18750,16 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__seed seed = springls__seed_beside(model, i);\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
+    "    ((SPRINGLS__GLOBAL springls__seed *)model->work.scratch[1])[i] = seed;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
     "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
     "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
     "SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];\n",
+    "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->work.scratch[1];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2];\n",
     "    springls__seed seed = seeds[i];\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
@@ -18695,33 +18775,33 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];\n",
+    "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i];\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;\n",
     "}\n",
     "\n",
     "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
     "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =\n",
-    "        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[4])[i] =\n",
+    "        ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
     "/* The first job.i[0] accepted seeds become springls. */\n",
     "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
-    "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->work.scratch[1])[i];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[4])[i];\n",
     "    int n = model->set.count + (int)at;\n",
     "    springls__tri t;\n",
-    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
+    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5000 \"springls.h\"\n",
+    "#line 5039 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18749,8 +18829,8 @@ static const char *const springls__kernel_lines[] = {
     "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
     "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[2] + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    uint32_t count = 0u;\n",
     "    int x, y, z, k, row;\n",
@@ -18778,8 +18858,8 @@ static const char *const springls__kernel_lines[] = {
     "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
     "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
+    "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[2])[i], cube, k;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
     "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
@@ -18816,7 +18896,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5096 \"springls.h\"\n",
+    "#line 5135 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18835,24 +18915,24 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    return (SPRINGLS__GLOBAL springls__cube *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
     "}\n",
     "\n",
     "/* How many triangles and vertices active bricks have; after the scan, those before them. */\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[2];\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[3];\n",
     "}\n",
     "\n",
     "/* Triangles of a brick before each of its rows of cubes. */\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
     "}\n",
     "\n",
     "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
@@ -18993,7 +19073,7 @@ static const char *const springls__kernel_lines[] = {
     "        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;\n",
     "    }\n",
     "    SPRINGLS__BARRIER;\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->work.scratch[4])[model->grid.active[i]] = i;\n",
     "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {\n",
     "        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];\n",
     "        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];\n",
@@ -19006,7 +19086,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
     "{\n",
     "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
-    "    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;\n",
+    "    int i = ((SPRINGLS__GLOBAL const int *)model->work.scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;\n",
     "    uint32_t seen = 0u;\n",
     "    springls__cube cube;\n",
     "    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;\n",
@@ -19023,8 +19103,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
     "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
-    "    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;\n",
+    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[5];\n",
+    "    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->work.scratch[6] + 3 * (size_t)first;\n",
     "    const int mask = springls__cube_case(cube), *o = range->origin;\n",
     "    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;\n",
     "    uint32_t seen = 0u;\n",
@@ -19075,14 +19155,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
     "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];\n",
+    "    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[5])[i];\n",
     "    int nearest = springls__nearest_springl(model, x, 1.0f);\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
-    "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
+    "    ((SPRINGLS__GLOBAL int *)model->work.scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5363 \"springls.h\"\n",
+    "#line 5402 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -19322,7 +19402,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5604 \"springls.h\"\n",
+    "#line 5643 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19353,7 +19433,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5636 \"springls.h\"\n",
+    "#line 5675 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19569,7 +19649,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5853 \"springls.h\"\n",
+    "#line 5892 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19680,7 +19760,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5965 \"springls.h\"\n",
+    "#line 6004 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19823,7 +19903,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6109 \"springls.h\"\n",
+    "#line 6148 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19901,7 +19981,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 19905 \"springls.h\"\n",
+    "#line 19985 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -19915,13 +19995,13 @@ static const char *const springls__kernel_lines[] = {
     "/* The array of numbers number `which`: scratches, then brick_list_first. */\n",
     "SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)\n",
     "{\n",
-    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.brick_list_first;\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->work.scratch[which] : model->cells.brick_list_first;\n",
     "}\n",
     "\n",
     "/* The array of bytes number `which`: scratches, then edge. */\n",
     "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int which)\n",
     "{\n",
-    "    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->work.scratch[which] : model->set.edge;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)\n",
@@ -19930,7 +20010,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint sum = 0;\n",
     "    int k;\n",
     "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];\n",
-    "    model->sums[i] = sum;\n",
+    "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
     "/* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */\n",
@@ -19939,17 +20019,17 @@ static const char *const springls__kernel_lines[] = {
     "    uint sum = 0, one;\n",
     "    int k;\n",
     "    for (k = 0; k < job.i[3]; k++) {\n",
-    "        one = model->sums[k];\n",
-    "        model->sums[k] = sum;\n",
+    "        one = model->work.sums[k];\n",
+    "        model->work.sums[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->counts[i] = sum;\n",
+    "    model->work.counts[i] = sum;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    __global uint *numbers = springls__numbers(model, job.i[0]);\n",
-    "    uint sum = model->sums[i], one;\n",
+    "    uint sum = model->work.sums[i], one;\n",
     "    int k;\n",
     "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {\n",
     "        one = numbers[k];\n",
@@ -19965,30 +20045,30 @@ static const char *const springls__kernel_lines[] = {
     "    uint sum = 0;\n",
     "    int k;\n",
     "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;\n",
-    "    model->sums[i] = sum;\n",
+    "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global const float *values = (__global const float *)model->scratch[job.i[0]];\n",
+    "    __global const float *values = (__global const float *)model->work.scratch[job.i[0]];\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
     "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);\n",
-    "    ((__global float *)model->sums)[i] = largest;\n",
+    "    ((__global float *)model->work.sums)[i] = largest;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
-    "    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->sums)[k]);\n",
-    "    ((__global float *)model->counts)[i] = largest;\n",
+    "    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);\n",
+    "    ((__global float *)model->work.counts)[i] = largest;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    model->counts[i] = 0u;\n",
+    "    model->work.counts[i] = 0u;\n",
     "}\n",
     "\n",
     "/* ---- springls by cells (section 4.8) ---- */\n",
@@ -20007,12 +20087,12 @@ static const char *const springls__kernel_lines[] = {
     "    uint key = model->cells.key[i];\n",
     "    (void)job;\n",
     "    if (key == SPRINGLS__MISSING_KEY) {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->counts));\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->work.counts));\n",
     "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->work.counts + 2));\n",
     "    } else {\n",
     "        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));\n",
-    "        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */\n",
+    "        atomic_max(SPRINGLS__ATOMIC(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */\n",
     "    }\n",
     "}\n",
     "\n",
@@ -20028,13 +20108,13 @@ static const char *const springls__kernel_lines[] = {
     "        cell[c] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    ((__global uint *)model->scratch[0])[i] = sum;\n",
+    "    ((__global uint *)model->work.scratch[0])[i] = sum;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    uint base = ((__global const uint *)model->scratch[0])[i];\n",
+    "    uint base = ((__global const uint *)model->work.scratch[0])[i];\n",
     "    int c;\n",
     "    (void)job;\n",
     "    cell[0] = base;\n",
@@ -20073,13 +20153,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
+    "    ((__global uint *)model->work.scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;\n",
+    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->work.scratch[0])[i]] = (uint)i;\n",
     "}\n",
     "\n",
     "/* ---- bricks: those flagged are to be active ---- */\n",
@@ -20087,12 +20167,12 @@ static const char *const springls__kernel_lines[] = {
     "/* job.i[0]: those that are stay so. */\n",
     "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
+    "    model->work.brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)\n",
     "{\n",
-    "    atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);\n",
+    "    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);\n",
     "}\n",
     "\n",
     "/* Bricks that particles have come to. */\n",
@@ -20136,7 +20216,7 @@ static const char *const springls__kernel_lines[] = {
     "    int origin[3];\n",
     "    (void)job;\n",
     "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "    springls__mark_neighbors(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
+    "    springls__mark_neighbors(model, origin, ((__global const uint *)model->work.scratch[0])[i]);\n",
     "}\n",
     "\n",
     "/* Bricks within the band of a springl. */\n",
@@ -20156,14 +20236,14 @@ static const char *const springls__kernel_lines[] = {
     "    uint gone = 0, come = 0, active = 0;\n",
     "    int b;\n",
     "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
-    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->brick_flag[b] != 0u;\n",
+    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0u;\n",
     "        gone += there && !wanted ? 1u : 0u;\n",
     "        come += wanted && !there ? 1u : 0u;\n",
     "        active += wanted ? 1u : 0u;\n",
     "    }\n",
-    "    model->sums[3 * i] = gone;\n",
-    "    model->sums[3 * i + 1] = come;\n",
-    "    model->sums[3 * i + 2] = active;\n",
+    "    model->work.sums[3 * i] = gone;\n",
+    "    model->work.sums[3 * i + 1] = come;\n",
+    "    model->work.sums[3 * i + 2] = active;\n",
     "}\n",
     "\n",
     "/* One of the three (i): sums of the chunks before; of all to counts[i]. */\n",
@@ -20172,20 +20252,20 @@ static const char *const springls__kernel_lines[] = {
     "    uint sum = 0, one;\n",
     "    int k;\n",
     "    for (k = 0; k < job.i[3]; k++) {\n",
-    "        one = model->sums[3 * k + i];\n",
-    "        model->sums[3 * k + i] = sum;\n",
+    "        one = model->work.sums[3 * k + i];\n",
+    "        model->work.sums[3 * k + i] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->counts[i] = sum;\n",
+    "    model->work.counts[i] = sum;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    uint place = (uint)model->grid.free_count + model->sums[3 * i];\n",
+    "    uint place = (uint)model->grid.free_count + model->work.sums[3 * i];\n",
     "    int b, slot;\n",
     "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
     "        slot = model->grid.top[b];\n",
-    "        if (slot < SPRINGLS__FIRST_SLOT || model->brick_flag[b]) continue;\n",
+    "        if (slot < SPRINGLS__FIRST_SLOT || model->work.brick_flag[b]) continue;\n",
     "        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
     "        model->grid.slot_brick[slot] = -1;\n",
     "        model->grid.free_slots[place++] = slot;\n",
@@ -20196,14 +20276,14 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;\n",
+    "    int come = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b, slot;\n",
     "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
-    "        if (!model->brick_flag[b]) continue;\n",
+    "        if (!model->work.brick_flag[b]) continue;\n",
     "        slot = g->top[b];\n",
     "        if (slot < SPRINGLS__FIRST_SLOT) {\n",
     "            int inside = slot == SPRINGLS__INSIDE;\n",
     "            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];\n",
-    "            model->new_slots[come++] = slot;\n",
+    "            model->work.new_slots[come++] = slot;\n",
     "            g->slot_brick[slot] = b;\n",
     "            g->top[b] = slot;\n",
     "            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;\n",
@@ -20215,7 +20295,7 @@ static const char *const springls__kernel_lines[] = {
     "/* A new brick goes on with the constant it had. */\n",
     "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    size_t slot = (size_t)model->new_slots[i];\n",
+    "    size_t slot = (size_t)model->work.new_slots[i];\n",
     "    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];\n",
     "    int v;\n",
     "    (void)job;\n",
@@ -20229,12 +20309,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- springls by bricks they come near: job.f[0] is the margin ---- */\n",
     "\n",
-    "SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }\n",
+    "SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->work.scratch[0] + model->grid.slot_count; }\n",
     "\n",
     "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;\n",
+    "    ((__global uint *)model->work.scratch[0])[model->grid.active[i]] = (uint)i;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)\n",
@@ -20255,7 +20335,7 @@ static const char *const springls__kernel_lines[] = {
     "                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];\n",
     "                uint rank;\n",
     "                if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
-    "                rank = ((__global const uint *)model->scratch[0])[slot];\n",
+    "                rank = ((__global const uint *)model->work.scratch[0])[slot];\n",
     "                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;\n",
     "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));\n",
     "            }\n",
@@ -20282,44 +20362,22 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;\n",
+    "    ((__global uint *)model->work.scratch[0])[i] = ((__global const uchar *)model->work.scratch[1])[i] ? 1u : 0u;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];\n",
+    "    uint place = ((__global const uint *)model->work.scratch[0])[i];\n",
     "    (void)job;\n",
-    "    if (!((__global const uchar *)model->scratch[1])[i]) return;\n",
-    "    to->s = model->set.s[i];\n",
-    "    to->a = model->set.a[i];\n",
-    "    to->synced_position = model->set.synced_position[i];\n",
-    "    to->id = model->set.id[i];\n",
-    "    to->generation = model->set.generation[i];\n",
-    "    to->component = model->set.component[i];\n",
-    "    to->phi = model->set.phi[i];\n",
-    "    to->mask = model->set.mask[i];\n",
-    "    to->edge = model->set.edge[i];\n",
-    "    to->parent = model->set.parent[i];\n",
-    "    to->birth = model->set.birth[i];\n",
+    "    if (((__global const uchar *)model->work.scratch[1])[i]) model->work.spare[place] = springls__springl_load(model, i);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global const springls__packed *from = (__global const springls__packed *)model->spare + i;\n",
     "    (void)job;\n",
-    "    model->set.s[i] = from->s;\n",
-    "    model->set.a[i] = from->a;\n",
-    "    model->set.synced_position[i] = from->synced_position;\n",
-    "    model->set.id[i] = from->id;\n",
-    "    model->set.generation[i] = from->generation;\n",
-    "    model->set.component[i] = from->component;\n",
-    "    model->set.phi[i] = from->phi;\n",
-    "    model->set.mask[i] = (uchar)from->mask;\n",
-    "    model->set.edge[i] = (uchar)from->edge;\n",
-    "    model->set.parent[i] = from->parent;\n",
-    "    model->set.birth[i] = from->birth;\n",
+    "    springls__springl_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 20323 \"springls.h\"\n",
+    "#line 20381 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20338,7 +20396,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__regions r;\n",
     "    r.model = model;\n",
-    "    r.label = (__global int *)model->scratch[1];\n",
+    "    r.label = (__global int *)model->work.scratch[1];\n",
     "    r.votes = (__global int *)model->grid.phi_next;\n",
     "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
     "    return r;\n",
@@ -20356,7 +20414,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
     "{\n",
-    "    __global const uint8_t *state = (__global const uint8_t *)model->scratch[2];\n",
+    "    __global const uint8_t *state = (__global const uint8_t *)model->work.scratch[2];\n",
     "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
@@ -20518,11 +20576,11 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20522 \"springls.h\"\n",
+    "#line 20580 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
-    "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
-    "#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;\n",
+    "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
+    "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
     "\n",
     "#define SPRINGLS__BEGIN(first)                                                                                                   \\\n",
     "    springls__model model;                                                                                                       \\\n",

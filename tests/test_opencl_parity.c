@@ -21,7 +21,7 @@ static parity_watch watch;
 
 FIXTURE const char *parity_array_name(int array)
 {
-#define PARITY_NAME(name, type, block, member) #name,
+#define PARITY_NAME(name, type, block, owner, member) #name,
     static const char *const names[] = { SPRINGLS__ARRAYS(PARITY_NAME) "" };
 #undef PARITY_NAME
     return names[array];
@@ -79,7 +79,7 @@ FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
 FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count, springls__job job)
 {
     springls__model model = ctx->model;
-#define PARITY_BIND(name, type, block, member) model.member = (type *)copy[SPRINGLS__ARRAY_##name];
+#define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)copy[SPRINGLS__ARRAY_##name];
     SPRINGLS__ARRAYS(PARITY_BIND)
 #undef PARITY_BIND
     springls__kernels[kernel].range(&model, job, 0, count);

@@ -11,13 +11,13 @@ SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return s
 /* The array of numbers number `which`: scratches, then brick_list_first. */
 SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.brick_list_first;
+    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->work.scratch[which] : model->cells.brick_list_first;
 }
 
 /* The array of bytes number `which`: scratches, then edge. */
 SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int which)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;
+    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->work.scratch[which] : model->set.edge;
 }
 
 SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)
@@ -26,7 +26,7 @@ SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, 
     uint sum = 0;
     int k;
     for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];
-    model->sums[i] = sum;
+    model->work.sums[i] = sum;
 }
 
 /* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */
@@ -35,17 +35,17 @@ SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, s
     uint sum = 0, one;
     int k;
     for (k = 0; k < job.i[3]; k++) {
-        one = model->sums[k];
-        model->sums[k] = sum;
+        one = model->work.sums[k];
+        model->work.sums[k] = sum;
         sum += one;
     }
-    model->counts[i] = sum;
+    model->work.counts[i] = sum;
 }
 
 SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__job job, int i)
 {
     __global uint *numbers = springls__numbers(model, job.i[0]);
-    uint sum = model->sums[i], one;
+    uint sum = model->work.sums[i], one;
     int k;
     for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {
         one = numbers[k];
@@ -61,30 +61,30 @@ SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model,
     uint sum = 0;
     int k;
     for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;
-    model->sums[i] = sum;
+    model->work.sums[i] = sum;
 }
 
 SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)
 {
-    __global const float *values = (__global const float *)model->scratch[job.i[0]];
+    __global const float *values = (__global const float *)model->work.scratch[job.i[0]];
     float largest = 0.0f;
     int k;
     for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);
-    ((__global float *)model->sums)[i] = largest;
+    ((__global float *)model->work.sums)[i] = largest;
 }
 
 SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__job job, int i)
 {
     float largest = 0.0f;
     int k;
-    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->sums)[k]);
-    ((__global float *)model->counts)[i] = largest;
+    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);
+    ((__global float *)model->work.counts)[i] = largest;
 }
 
 SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    model->counts[i] = 0u;
+    model->work.counts[i] = 0u;
 }
 
 /* ---- springls by cells (section 4.8) ---- */
@@ -103,12 +103,12 @@ SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model,
     uint key = model->cells.key[i];
     (void)job;
     if (key == SPRINGLS__MISSING_KEY) {
-        atomic_inc(SPRINGLS__ATOMIC(model->counts));
+        atomic_inc(SPRINGLS__ATOMIC(model->work.counts));
     } else if (key == SPRINGLS__LARGE_KEY) {
-        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));
+        atomic_inc(SPRINGLS__ATOMIC(model->work.counts + 2));
     } else {
         atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));
-        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */
+        atomic_max(SPRINGLS__ATOMIC(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */
     }
 }
 
@@ -124,13 +124,13 @@ SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model
         cell[c] = sum;
         sum += one;
     }
-    ((__global uint *)model->scratch[0])[i] = sum;
+    ((__global uint *)model->work.scratch[0])[i] = sum;
 }
 
 SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)
 {
     __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    uint base = ((__global const uint *)model->scratch[0])[i];
+    uint base = ((__global const uint *)model->work.scratch[0])[i];
     int c;
     (void)job;
     cell[0] = base;
@@ -169,13 +169,13 @@ SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, 
 SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
+    ((__global uint *)model->work.scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
 }
 
 SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;
+    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->work.scratch[0])[i]] = (uint)i;
 }
 
 /* ---- bricks: those flagged are to be active ---- */
@@ -183,12 +183,12 @@ SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *mode
 /* job.i[0]: those that are stay so. */
 SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)
 {
-    model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
+    model->work.brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
 SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)
 {
-    atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);
+    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);
 }
 
 /* Bricks that particles have come to. */
@@ -232,7 +232,7 @@ SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, s
     int origin[3];
     (void)job;
     springls__slot_origin(&model->grid, model->grid.active[i], origin);
-    springls__mark_neighbors(model, origin, ((__global const uint *)model->scratch[0])[i]);
+    springls__mark_neighbors(model, origin, ((__global const uint *)model->work.scratch[0])[i]);
 }
 
 /* Bricks within the band of a springl. */
@@ -252,14 +252,14 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
     uint gone = 0, come = 0, active = 0;
     int b;
     for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
-        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->brick_flag[b] != 0u;
+        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0u;
         gone += there && !wanted ? 1u : 0u;
         come += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
     }
-    model->sums[3 * i] = gone;
-    model->sums[3 * i + 1] = come;
-    model->sums[3 * i + 2] = active;
+    model->work.sums[3 * i] = gone;
+    model->work.sums[3 * i + 1] = come;
+    model->work.sums[3 * i + 2] = active;
 }
 
 /* One of the three (i): sums of the chunks before; of all to counts[i]. */
@@ -268,20 +268,20 @@ SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model,
     uint sum = 0, one;
     int k;
     for (k = 0; k < job.i[3]; k++) {
-        one = model->sums[3 * k + i];
-        model->sums[3 * k + i] = sum;
+        one = model->work.sums[3 * k + i];
+        model->work.sums[3 * k + i] = sum;
         sum += one;
     }
-    model->counts[i] = sum;
+    model->work.counts[i] = sum;
 }
 
 SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)
 {
-    uint place = (uint)model->grid.free_count + model->sums[3 * i];
+    uint place = (uint)model->grid.free_count + model->work.sums[3 * i];
     int b, slot;
     for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
         slot = model->grid.top[b];
-        if (slot < SPRINGLS__FIRST_SLOT || model->brick_flag[b]) continue;
+        if (slot < SPRINGLS__FIRST_SLOT || model->work.brick_flag[b]) continue;
         model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         model->grid.slot_brick[slot] = -1;
         model->grid.free_slots[place++] = slot;
@@ -292,14 +292,14 @@ SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model,
 SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;
+    int come = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b, slot;
     for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
-        if (!model->brick_flag[b]) continue;
+        if (!model->work.brick_flag[b]) continue;
         slot = g->top[b];
         if (slot < SPRINGLS__FIRST_SLOT) {
             int inside = slot == SPRINGLS__INSIDE;
             slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];
-            model->new_slots[come++] = slot;
+            model->work.new_slots[come++] = slot;
             g->slot_brick[slot] = b;
             g->top[b] = slot;
             g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;
@@ -311,7 +311,7 @@ SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, 
 /* A new brick goes on with the constant it had. */
 SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
 {
-    size_t slot = (size_t)model->new_slots[i];
+    size_t slot = (size_t)model->work.new_slots[i];
     float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];
     int v;
     (void)job;
@@ -325,12 +325,12 @@ SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model,
 
 /* ---- springls by bricks they come near: job.f[0] is the margin ---- */
 
-SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }
+SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->work.scratch[0] + model->grid.slot_count; }
 
 SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;
+    ((__global uint *)model->work.scratch[0])[model->grid.active[i]] = (uint)i;
 }
 
 SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)
@@ -351,7 +351,7 @@ SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, f
                 int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
                 uint rank;
                 if (slot < SPRINGLS__FIRST_SLOT) continue;
-                rank = ((__global const uint *)model->scratch[0])[slot];
+                rank = ((__global const uint *)model->work.scratch[0])[slot];
                 if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;
                 else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));
             }
@@ -378,40 +378,18 @@ SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *m
 SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;
+    ((__global uint *)model->work.scratch[0])[i] = ((__global const uchar *)model->work.scratch[1])[i] ? 1u : 0u;
 }
 
 SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__job job, int i)
 {
-    __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];
+    uint place = ((__global const uint *)model->work.scratch[0])[i];
     (void)job;
-    if (!((__global const uchar *)model->scratch[1])[i]) return;
-    to->s = model->set.s[i];
-    to->a = model->set.a[i];
-    to->synced_position = model->set.synced_position[i];
-    to->id = model->set.id[i];
-    to->generation = model->set.generation[i];
-    to->component = model->set.component[i];
-    to->phi = model->set.phi[i];
-    to->mask = model->set.mask[i];
-    to->edge = model->set.edge[i];
-    to->parent = model->set.parent[i];
-    to->birth = model->set.birth[i];
+    if (((__global const uchar *)model->work.scratch[1])[i]) model->work.spare[place] = springls__springl_load(model, i);
 }
 
 SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)
 {
-    __global const springls__packed *from = (__global const springls__packed *)model->spare + i;
     (void)job;
-    model->set.s[i] = from->s;
-    model->set.a[i] = from->a;
-    model->set.synced_position[i] = from->synced_position;
-    model->set.id[i] = from->id;
-    model->set.generation[i] = from->generation;
-    model->set.component[i] = from->component;
-    model->set.phi[i] = from->phi;
-    model->set.mask[i] = (uchar)from->mask;
-    model->set.edge[i] = (uchar)from->edge;
-    model->set.parent[i] = from->parent;
-    model->set.birth[i] = from->birth;
+    springls__springl_store(model, i, model->work.spare[i]);
 }

@@ -1,7 +1,7 @@
 /* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */
 
-#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,
-#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;
+#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,
+#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;
 
 #define SPRINGLS__BEGIN(first)                                                                                                   \
     springls__model model;                                                                                                       \

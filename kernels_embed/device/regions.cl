@@ -16,7 +16,7 @@ SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *mo
 {
     springls__regions r;
     r.model = model;
-    r.label = (__global int *)model->scratch[1];
+    r.label = (__global int *)model->work.scratch[1];
     r.votes = (__global int *)model->grid.phi_next;
     r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;
     return r;
@@ -34,7 +34,7 @@ SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3]
 
 SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)
 {
-    __global const uint8_t *state = (__global const uint8_t *)model->scratch[2];
+    __global const uint8_t *state = (__global const uint8_t *)model->work.scratch[2];
     return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;
 }
 

@@ -57,5 +57,5 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }

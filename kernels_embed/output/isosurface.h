@@ -16,24 +16,24 @@ SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    return (SPRINGLS__GLOBAL springls__cube *)model->work.scratch[1] + (size_t)i * SPRINGLS__CUBES;
 }
 
 /* How many triangles and vertices active bricks have; after the scan, those before them. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[2];
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[3];
 }
 
 /* Triangles of a brick before each of its rows of cubes. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
@@ -174,7 +174,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
         (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
     }
     SPRINGLS__BARRIER;
-    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->work.scratch[4])[model->grid.active[i]] = i;
     for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
         uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
         springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
@@ -187,7 +187,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
+    int i = ((SPRINGLS__GLOBAL const int *)model->work.scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
     uint32_t seen = 0u;
     springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
@@ -204,8 +204,8 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
 SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
                                             springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
-    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[5];
+    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->work.scratch[6] + 3 * (size_t)first;
     const int mask = springls__cube_case(cube), *o = range->origin;
     int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
     uint32_t seen = 0u;
@@ -256,10 +256,10 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 /* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
 SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)
 {
-    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[5])[i];
     int nearest = springls__nearest_springl(model, x, 1.0f);
     (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    ((SPRINGLS__GLOBAL int *)model->work.scratch[3])[i] = nearest;
 }

@@ -189,15 +189,15 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
-    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
-    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+    ((SPRINGLS__GLOBAL springls__movers *)model->work.scratch[0])[i] = d;
+    ((SPRINGLS__GLOBAL float *)model->work.scratch[1])[i] = finite ? d2 : FLT_MAX;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
 }
 
 /* Moves springl i by its displacements in SCRATCH0. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
 {
-    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->work.scratch[0])[i];
     springls__springl s = model->set.s[i];
     int m;
     (void)job;

@@ -108,7 +108,7 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
 /* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     springls__springl s = model->set.s[i];
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     *fate = SPRINGLS__KEEP;
@@ -127,7 +127,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     springls__v3 area2 = springls__tri_area2(t), n;
     float area = 0.5f * springls__length(area2);
     (void)job;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != SPRINGLS__RESHAPE) return;
     n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
@@ -158,16 +158,16 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
 
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1];
     uint8_t now = fate[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
 }
 
 /* All that are kept so far are undecided. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     (void)job;
     if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }

@@ -350,8 +350,8 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[4])[i] = springls__springl_normal(model->set.s[i]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[7])[i] = model->set.edge[i];
 }
 
 /* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
@@ -359,8 +359,8 @@ SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model,
 SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)
 {
     const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[4];
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[7];
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
     bool suspect = false;
@@ -370,14 +370,14 @@ SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model
         if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
             suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[6])[i] = suspect;
 }
 
 SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)
 {
     const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
     const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[7];
     springls__springl s = model->set.s[i];
     springls__sample_set crowd;
     springls__fit_result fit;
@@ -386,7 +386,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     int k;
     (void)job;
     model->set.edge[i] = 0;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
+    if (!((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[6])[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
     for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
     sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
@@ -394,13 +394,13 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[4])[i] = fit.normal;
 }
 
 SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)
 {
     springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];
+    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->work.scratch[4])[i];
     int m;
     (void)job;
     if (!model->set.edge[i] || model->set.mask[i]) return;

@@ -3,7 +3,7 @@
 /* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;
+    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->work.scratch[0] + i;
     int in_cells = model->set.count - model->cells.large_count;
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
@@ -16,7 +16,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];
+    return (SPRINGLS__GLOBAL const springls__oriented *)model->work.scratch[0];
 }
 
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
@@ -223,7 +223,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
@@ -255,7 +255,7 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != 0;
     int row, v;
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {

@@ -133,7 +133,7 @@ SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, S
 /* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
     springls__relax_rule rule = springls__relax_rule_of(&model->params);
     springls__springl s = all[i];
@@ -145,7 +145,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
                                     springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
         s = springls__springl_make(t, s.p);
     }
-    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
+    ((SPRINGLS__GLOBAL springls__springl *)model->work.scratch[1])[i] = s;
 }
 
 /* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */

@@ -66,7 +66,7 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[1])[i] = springls__is_overgrown(model,
                                                                                  springls__springl_tri(model->set.s[i])) ? 1u
                                                                                      : 0u;
 }
@@ -74,8 +74,8 @@ SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, s
 /* To SCRATCH2: the halves of the first job.i[0] of them. */
 SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->work.scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[1])[i];
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
     halves[2u * at] = springls__child_of(model, i, 0);
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
@@ -84,8 +84,8 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
 /* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->work.scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->work.scratch[1])[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
     int n = model->set.count + (int)at;

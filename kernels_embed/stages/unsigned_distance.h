@@ -126,5 +126,5 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 {
     int slot = model->grid.active[i];
     if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }

@@ -26,7 +26,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
     if (group.item == 0)
-        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+        ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -56,7 +56,7 @@ SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int
 SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
+    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[2];
     const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
     const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
     int at[3], k;
@@ -72,7 +72,7 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
         if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
         before = background;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[job.i[2] + i] = grew;
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
@@ -80,7 +80,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
                                                   SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[2])[i] == SPRINGLS__BACKGROUND;
     int slot = g->top[i], row, v;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)job;
@@ -137,7 +137,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     grown[group.item] = grew;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[index] = grew > 0.0f;
 }
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the

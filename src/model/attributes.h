@@ -419,7 +419,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.ctx = ctx;
-    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.fate = (const uint8_t *)ctx->model.work.scratch[1];
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
@@ -454,7 +454,7 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    const uint8_t *fate = (const uint8_t *)ctx->model.work.scratch[1];
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);

@@ -1,12 +1,9 @@
 /* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
 
-/* Room for count springls, keeping those that are there. */
+/* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
-    int array;
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++)
-        SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
 /* Springls have been put behind the others by springls__springl_add. */
@@ -21,7 +18,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -30,18 +27,14 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 /* Drops every springl whose byte in SCRATCH1 is 0; the others stay in order. */
 SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
 {
-    const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
-    int array, i, n = 0, count = ctx->model.set.count;
+    const uint8_t *keep = (const uint8_t *)ctx->model.work.scratch[1];
+    int i, n = 0, count = ctx->model.set.count;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
-        char *data = (char *)ctx->memory[array].data;
-        size_t element = springls__element_size((springls__array)array);
-        for (i = n = 0; i < count; i++) {
-            if (!keep[i]) continue;
-            if (n != i) memcpy(data + (size_t)n * element, data + (size_t)i * element, element);
-            n++;
-        }
+    for (i = 0; i < count; i++) {
+        if (!keep[i]) continue;
+        if (n != i) springls__springl_store(&ctx->model, n, springls__springl_load(&ctx->model, i));
+        n++;
     }
     ctx->model.set.count = n;
     return SPRINGLS_OK;

@@ -19,17 +19,10 @@ SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside,
     springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
 }
 
-/* Room for `slots` slots. */
+/* Makes room for `slots` slots; keeps those that are there. */
 SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
 {
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)slots, used = (size_t)g->slot_count;
-    int array;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SLOT_BRICK, n, used));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_ACTIVE, n, (size_t)g->active_count));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FREE_SLOTS, n, (size_t)g->free_count));
-    for (array = SPRINGLS__ARRAY_PHI; array <= SPRINGLS__ARRAY_CELL; array++) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, n, used));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
 /* The constant bricks of a grid, far outside and far inside. */

@@ -69,7 +69,7 @@ typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh;
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    void *const *found = job->ctx->model.scratch;
+    void *const *found = job->ctx->model.work.scratch;
     for (; begin < end; begin++) {
         springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
         springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);

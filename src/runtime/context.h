@@ -28,13 +28,20 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* The arrays of the model by number. */
-typedef enum springls__array {
-#define SPRINGLS__ARRAY_NUMBER(name, type, block, member) SPRINGLS__ARRAY_##name,
-    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
-#undef SPRINGLS__ARRAY_NUMBER
-    SPRINGLS__ARRAY_COUNT
-} springls__array;
+/* Sets of arrays: a bit each. */
+#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__GRID_BITS ((uint64_t)0 SPRINGLS__GRID_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SEARCH_BITS ((uint64_t)0 SPRINGLS__SEARCH_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__WORK_BITS ((uint64_t)0 SPRINGLS__SCRATCH_ARRAYS(SPRINGLS__OR_BIT) SPRINGLS__DEVICE_ARRAYS(SPRINGLS__OR_BIT))
+
+#define SPRINGLS__ONE_MORE(name, type, block, owner, member) + 1
+#define SPRINGLS__SPRINGL_ARRAY_COUNT (0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ONE_MORE)) /* the first of all arrays */
+
+SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
    0, the parent of nodes first and first+1. Children follow their parents. */

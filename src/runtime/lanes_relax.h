@@ -159,12 +159,12 @@ SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const sprin
 
 SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__job job, int begin, int end)
 {
-    springls__springl *next = (springls__springl *)model->scratch[1];
+    springls__springl *next = (springls__springl *)model->work.scratch[1];
     springls__relax_rule rule = springls__relax_rule_of(&model->params);
     int first, i;
     (void)job;
     for (first = begin; first < end; first += SPRINGLS__LANES)
-        springls__relax_lanes(rule, model->set.s, model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
+        springls__relax_lanes(rule, model->set.s, model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
                               springls__imin(end - first, SPRINGLS__LANES), next);
     for (i = begin; i < end; i++)
         if (model->set.mask[i]) next[i] = model->set.s[i];

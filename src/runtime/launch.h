@@ -84,7 +84,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
         springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
-    values = (const float *)ctx->model.scratch[scratch];
+    values = (const float *)ctx->model.work.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -92,7 +92,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
 /* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
 {
-    uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
+    uint32_t *numbers = (uint32_t *)ctx->model.work.scratch[scratch];
     uint64_t sum = 0;
     int i;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));

@@ -83,14 +83,14 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* The model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
 
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
-#define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
+#define SPRINGLS__SIZE(name, type, block, owner, member) sizeof(type) * (block),
     static const size_t sizes[] = { SPRINGLS__ARRAYS(SPRINGLS__SIZE) 0 };
 #undef SPRINGLS__SIZE
     return sizes[array];
@@ -111,11 +111,20 @@ SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__arr
     return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
+/* Makes room for count elements in each of some arrays (bits); keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__grow_all(springls_context *ctx, uint64_t arrays, size_t count, size_t keep)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (springls__has_array(arrays, array)) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, count, keep));
+    return SPRINGLS_OK;
+}
+
 /* Working memory `index` of the running stage, at least count elements; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
     SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
-    if (out) *out = ctx->model.scratch[index];
+    if (out) *out = ctx->model.work.scratch[index];
     return SPRINGLS_OK;
 }
 

@@ -158,7 +158,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     int64_t v;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
     region.ctx = ctx;
-    region.state = (uint8_t *)ctx->model.scratch[2];
+    region.state = (uint8_t *)ctx->model.work.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;

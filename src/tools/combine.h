@@ -166,22 +166,19 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
-                                         const springls__side_rule *rule, bool turn)
+/* Turns a triangle round: its normal points the other way. */
+SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
 {
-    const springls__constellation *set = &other->model.set;
-    springls__springl s = springls__pull_to_surface(rule, set->s[j]);
-    uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
-    int i, k, n;
-    if (turn) {
-        springls__v3 q = s.q[1];
-        s.q[1] = s.q[2];
-        s.q[2] = q;
-    }
-    n = springls__constellation_append(ctx, &s, set->a[j], set->generation[j], set->mask[j]);
-    ctx->model.set.birth[n] = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (birth & 3u);
-    ctx->model.set.edge[n] = set->edge[j];
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
+/* Copies the values of springl j for the attributes that both models have; others are 0. */
+SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
+{
+    int i, k;
     for (i = 0; i < ctx->attribute_count; i++) {
         const springls__attribute *attribute = &ctx->attributes[i];
         size_t bytes = (size_t)attribute->channels * sizeof(float);
@@ -191,6 +188,22 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
         else
             memset(springls__attribute_row(attribute, n), 0, bytes);
     }
+}
+
+/* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
+                                               const springls__side_rule *rule, bool turn)
+{
+    springls__springl_record record = springls__springl_load(&other->model, j);
+    uint32_t age = other->model.set.step - (record.birth >> 2);
+    int n = ctx->model.set.count;
+    record.s = springls__pull_to_surface(rule, record.s);
+    if (turn) record.s = springls__turned_round(record.s);
+    record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
+    springls__springl_renew(&ctx->model, n, &record);
+    springls__springl_store(&ctx->model, n, record);
+    springls__constellation_added(ctx, 1);
+    springls__copy_other_values(ctx, n, other, j);
 }
 
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -212,7 +225,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
+        if (((const uint8_t *)other->model.work.scratch[1])[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
