@@ -1239,6 +1239,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
   #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
+  /* Returns a counter in global memory and raises it by 1; work items may meet there. */
+  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* springls_cl_desc.velocity_source, as advect.h calls it. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -1268,6 +1270,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
+  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
   /* Never called: on the host it is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
@@ -1829,13 +1832,25 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
-/* The first voxel of a slot's brick. */
-SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+/* Finds the first voxel of a brick of the top table. */
+SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    int brick = g->slot_brick[slot];
     origin[0] = 8 * (brick % g->bricks[0]);
     origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
     origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+}
+
+SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+{
+    springls__brick_origin(g, g->slot_brick[slot], origin);
+}
+
+/* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */
+SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])
+{
+    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;
+    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;
+    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
 }
 
 /* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
@@ -2040,19 +2055,111 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
-
 SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
 {
     return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
 }
 
-/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
+/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
+   springls__neighbor_mask_of_row; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
 {
     at[0] = origin[0] + 8 * (d % 3 - 1);
     at[1] = origin[1] + 8 * (d / 3 % 3 - 1);
     at[2] = origin[2] + 8 * (d / 9 - 1);
     return springls__grid_contains(g, at[0], at[1], at[2]);
+}
+
+#define SPRINGLS__ALL_AROUND 0x7ffffffu
+
+/* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */
+SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, int i, int j, int to[3])
+{
+    const int axis = d >> 1;
+    to[axis] = at[axis] + (d & 1 ? size : -1);
+    to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
+    to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+}
+
+/* A walk over the bricks that a springl comes near. */
+typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
+
+/* Begins at the bricks within `margin` voxels of the box around a triangle. */
+SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+{
+    springls__brick_walk walk;
+    springls__v3 lower = s.q[0], upper = s.q[0];
+    int m;
+    for (m = 1; m < 3; m++) {
+        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));
+        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));
+    }
+    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
+    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
+    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];
+    return walk;
+}
+
+/* Returns the next brick of the top table; -1 at the end. */
+SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)
+{
+    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
+    if (walk->at[2] > walk->hi[2]) return -1;
+    for (axis = 0; axis < 3; axis++) {
+        walk->at[axis] += 8;
+        if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;
+        walk->at[axis] = walk->lo[axis];
+    }
+    return brick;
+}
+
+/* ---- bricks come and go ---- */
+
+/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
+SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
+{
+    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    g->slot_brick[slot] = -1;
+    g->free_slots[place] = slot;
+}
+
+/* Returns the slot of the n-th of some new bricks: one of the `free_count` free slots, the last one first, or one behind all. */
+SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int n)
+{
+    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
+}
+
+/* Makes a constant brick active; the slot's first voxel gets the constant. */
+SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)
+{
+    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
+    g->slot_brick[slot] = brick;
+    g->top[brick] = slot;
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)
+{
+    return g->cell + (size_t)slot * SPRINGLS__CELLS;
+}
+
+SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
+{
+    int c;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
+{
+    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float value = g->phi[first];
+    size_t v;
+    for (v = first; v < first + SPRINGLS__BRICK_VOXELS; v++) {
+        g->phi[v] = g->phi_next[v] = value;
+        g->omega[v] = -1.0f;
+    }
+    springls__clear_cells(springls__cells_of(g, slot));
 }
 
 /* ======== >>unsigned_distance  (kernels_embed/stages/unsigned_distance.h) ====================================== */
@@ -2107,25 +2214,6 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
     float face = height * height * plan.inverse_n2;
     float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
     return use_face > 0.0f ? face : edges;
-}
-
-/* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
-                                              float margin, int lo[3], int hi[3])
-{
-    springls__v3 lower, upper;
-    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
-    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
-    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
-    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
-    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
-    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
-    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
@@ -2286,16 +2374,76 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
                         : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
 }
 
-/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */
+SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
+{
+    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
+}
+
+/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
+   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
+SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
+{
+    int c;
+    cell[0] = begin;
+    for (c = 1; c < SPRINGLS__CELLS; c++) {
+        uint32_t count = cell[c];
+        cell[c] = begin;
+        begin += count;
+    }
+    return begin;
+}
+
+SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
+{
+    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
+        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
+}
+
+/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
+   the list of active brick r begins. rank: slot -> place in `active`. */
+SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, SPRINGLS__GLOBAL const uint32_t *rank, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
+}
+
+/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, SPRINGLS__GLOBAL const uint32_t *rank, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
+            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
+}
+
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
 SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
-    uint32_t reach = 0;
+    uint32_t mask = 0;
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
             if (cell[4] > cell[0])
-                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
-    return reach;
+                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return mask;
+}
+
+/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
+   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
+SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    if (i < g->active_count) {
+        springls__slot_origin(g, g->active[i], origin);
+        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
+    }
+    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
+    return SPRINGLS__ALL_AROUND;
 }
 
 /* ======== >>neighbors  (kernels_embed/model/neighbors.h) ======================================================= */
@@ -4127,10 +4275,20 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
             if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
-/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
-SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+/* ---- regions: connected foreground that no springl is near ----
+   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
+   voxels around it. Members are voxels and open constant bricks. */
+
+SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
 {
     return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+}
+
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
+{
+    if (model->grid.omega[voxel] >= model->params.capture) return 0;
+    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
 /* The side becomes the sign of the distance. */
@@ -6218,8 +6376,8 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
     X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
     X(large_flag, 4096) X(large_scatter, 4096)                                                        \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
+    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                       \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
@@ -6320,12 +6478,12 @@ struct springls_backend {
     springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
     springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cells_build)(springls_context *ctx);
-    springls_status (*cells_cover_around)(springls_context *ctx);
+    springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*cell_list_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
-    springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
-    springls_status (*settle_regions)(springls_context *ctx);
+    springls_status (*resolve_regions)(springls_context *ctx);
 };
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
@@ -7220,19 +7378,26 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     return largest;
 }
 
-/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+/* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
+SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
 {
-    uint32_t *numbers = (uint32_t *)ctx->model.work.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
         numbers[i] = (uint32_t)sum;
         sum += number;
     }
+    return sum;
+}
+
+/* Does so with the first `count` numbers of a scratch; fails when *total, the sum of all, is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+{
+    uint64_t sum;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
+    sum = springls__prefix_sums((uint32_t *)ctx->model.work.scratch[scratch], count);
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
@@ -7551,7 +7716,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture);
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+        springls__clear_cells(springls__cells_of(g, slot));
     }
 }
 
@@ -7599,13 +7764,21 @@ SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* Counts the slots that n new bricks have taken (springls__slot_of_new). */
+SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
+{
+    int reused = springls__imin(n, g->free_count);
+    g->free_count -= reused;
+    g->slot_count += n - reused;
+}
+
 /* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
    it had, and keeps `active` ordered by brick. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i, n = 0, write, read;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
@@ -7613,19 +7786,15 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
-    g->active_count += n;
     for (i = n - 1; i >= 0; i--) { /* merge from the back */
-        int slot = g->free_count ? g->free_slots[--g->free_count] : g->slot_count++;
-        int side = g->top[list[i]];
+        int slot = springls__slot_of_new(g, g->free_count, i);
         while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
         g->active[write--] = slot;
-        g->slot_brick[slot] = list[i];
-        g->top[list[i]] = slot;
-        springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->omega, slot, -1.0f); /* unknown */
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+        springls__add_brick(g, list[i], slot);
+        springls__fill_new_brick(g, slot);
     }
+    springls__take_slots(g, n);
+    g->active_count += n;
     return SPRINGLS_OK;
 }
 
@@ -7639,9 +7808,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
             g->active[n++] = slot;
             continue;
         }
-        g->top[g->slot_brick[slot]] = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        g->slot_brick[slot] = -1;
-        g->free_slots[g->free_count++] = slot;
+        springls__drop_brick(g, slot, g->free_count++);
     }
     g->active_count = n;
 }
@@ -7668,17 +7835,14 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)ctx->model.set.count + 1, 0));
+    int i, n = 0, *missing, origin[3];
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(int), (void **)&missing));
     springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 p = ctx->model.set.s[i].p;
-        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
-                                              springls__cell_coordinate(p.y, g->size[1]),
-                                              springls__cell_coordinate(p.z, g->size[2]));
+        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
     }
     if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
@@ -7693,42 +7857,31 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     const springls__springl *s = ctx->model.set.s;
     size_t n = (size_t)ctx->model.set.count;
     uint32_t running = 0;
-    int i, c;
+    int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cells_build(ctx);
+        springls_status status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (status != SPRINGLS_DEVICE_FAILED) return status;
         SPRINGLS__TRY(springls__fall_back_to_host(ctx));
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->bounding_radius = 0.0f;
     cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++)
-        memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
     for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
         if (cells->key[i] == SPRINGLS__LARGE_KEY) {
             cells->large[cells->large_count++] = (uint32_t)i;
             continue;
         }
         cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        g->cell[cells->key[i]]++;
+        springls__count_in_cell(&ctx->model, i);
     }
-    for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
-        uint32_t *cell = g->cell + (size_t)g->active[i] * SPRINGLS__CELLS;
-        cell[0] = running;
-        for (c = 1; c < SPRINGLS__CELLS; c++) {
-            uint32_t count = cell[c];
-            cell[c] = running;
-            running += count;
-        }
-    }
-    for (i = 0; i < ctx->model.set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
-        if (cells->key[i] != SPRINGLS__LARGE_KEY) cells->ids[g->cell[cells->key[i]]++] = (uint32_t)i;
+    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
@@ -7739,7 +7892,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->cell_list_cover_around(ctx));
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -7747,22 +7900,12 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
                                     (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
-        uint32_t reach = ~0u;
-        int o[3];
-        if (i < g->active_count) {
-            springls__slot_origin(g, g->active[i], o);
-            reach = springls__cells_neighbor_mask(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
-        } else {
-            springls__v3 p = ctx->model.set.s[ctx->model.cells.large[i - g->active_count]].p;
-            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
-            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
-            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
-        }
-        for (d = 0; d < 27 && reach; d++) {
-            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
-            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
-        }
+        int origin[3], at[3];
+        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
+        for (d = 0; d < 27 && around; d++)
+            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
+                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
+                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
     }
     return springls__grid_add_bricks(ctx, missing, n);
 }
@@ -8552,39 +8695,24 @@ SPRINGLS_API springls_status springls_resample(springls_context *ctx)
 /* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
-/* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
+/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
+    const springls__model *model = &ctx->model;
+    const int bricks = model->grid.active_count;
+    uint32_t *rank, *first;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)model->grid.slot_count, sizeof *rank, (void **)&rank));
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->brick_lists_build(ctx, margin));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
-    memset(cells->brick_list_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
-    for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
-    for (pass = 0; pass < 2; pass++) {
-        for (i = 0; i < ctx->model.set.count; i++) {
-            int lo[3], hi[3], x, y, z;
-            springls__springl_bricks(g, &ctx->model.set.s[i], margin, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++) {
-                        int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
-                        if (slot < SPRINGLS__FIRST_SLOT) continue;
-                        if (pass == 0) cells->brick_list_first[rank[slot] + 2]++;
-                        else cells->brick_list_ids[cells->brick_list_first[rank[slot] + 1]++] = (uint32_t)i;
-                    }
-        }
-        if (pass == 1) break;
-        for (i = 0; i < g->active_count; i++) { /* entry i+1 becomes the start of brick i; the second pass moves it on */
-            cells->brick_list_first[i + 2] += cells->brick_list_first[i + 1];
-        }
-        total = (int)cells->brick_list_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
-    }
+    first = model->cells.brick_list_first;
+    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
+    for (i = 0; i < bricks; i++) rank[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, rank, margin, i);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, rank, margin, i);
     return SPRINGLS_OK;
 }
 
@@ -8680,13 +8808,12 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         keep[i] = 0;
     }
     for (i = 0; i < g->active_count; i++) {
-        int origin[3];
+        int origin[3], at[3];
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
-            int x = origin[0] + 8 * (d % 3 - 1), y = origin[1] + 8 * (d / 3 % 3 - 1), z = origin[2] + 8 * (d / 9 - 1);
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            brick = springls__brick_at(g, x, y, z);
+            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;
         }
@@ -8902,7 +9029,7 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
@@ -8910,14 +9037,11 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
     memset(wanted, 0, (size_t)bricks);
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-        for (z = lo[2]; z <= hi[2]; z++)
-            for (y = lo[1]; y <= hi[1]; y++)
-                for (x = lo[0]; x <= hi[0]; x++) {
-                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
-                    count += !wanted[brick];
-                    wanted[brick] = 1;
-                }
+        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
+        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[brick];
+            wanted[brick] = 1;
+        }
     }
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
     for (i = count = 0; i < bricks; i++)
@@ -8962,8 +9086,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
-   narrow entrance. It is on one side as a whole: that of most voxels around it. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
+   thread's work. */
 typedef struct springls__region {
     springls_context *ctx;
     uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
@@ -8982,7 +9106,7 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 
 SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
 {
-    return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
+    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
@@ -9000,7 +9124,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -9012,17 +9136,15 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
     const springls__grid *g = &r->ctx->model.grid;
     int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3];
-    at[0] = 8 * (brick % g->bricks[0]) + (v & 7);
-    at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]) + (v >> 3 & 7);
-    at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1])) + (v >> 6);
+    int at[3], to[3];
+    springls__brick_origin(g, brick, at);
+    at[0] += v & 7;
+    at[1] += v >> 3 & 7;
+    at[2] += v >> 6;
     for (d = 0; d < 6; d++)
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++) {
-                int to[3], axis = d >> 1;
-                to[axis] = at[axis] + (d & 1 ? n : -1);
-                to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
-                to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+                springls__voxel_at_face(at, n, d, i, j, to);
                 springls__region_visit(r, to[0], to[1], to[2]);
             }
 }
@@ -9051,7 +9173,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->resolve_regions(ctx));
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.work.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
@@ -15031,6 +15153,8 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
     "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
     "  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))\n",
+    "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
+    "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
     "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
@@ -15060,6 +15184,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__LOCAL\n",
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
+    "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
     "  /* Never called: on the host it is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
@@ -15081,7 +15206,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1294 \"springls.h\"\n",
+    "#line 1297 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -15224,7 +15349,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1438 \"springls.h\"\n",
+    "#line 1441 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15291,7 +15416,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1506 \"springls.h\"\n",
+    "#line 1509 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15594,7 +15719,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 1810 \"springls.h\"\n",
+    "#line 1813 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15617,13 +15742,25 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
     "}\n",
     "\n",
-    "/* The first voxel of a slot's brick. */\n",
-    "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
+    "/* Finds the first voxel of a brick of the top table. */\n",
+    "SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])\n",
     "{\n",
-    "    int brick = g->slot_brick[slot];\n",
     "    origin[0] = 8 * (brick % g->bricks[0]);\n",
     "    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
     "    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
+    "{\n",
+    "    springls__brick_origin(g, g->slot_brick[slot], origin);\n",
+    "}\n",
+    "\n",
+    "/* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */\n",
+    "SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])\n",
+    "{\n",
+    "    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;\n",
+    "    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;\n",
+    "    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;\n",
     "}\n",
     "\n",
     "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
@@ -15828,13 +15965,13 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
     "}\n",
     "\n",
-    "\n",
     "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)\n",
     "{\n",
     "    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];\n",
     "}\n",
     "\n",
-    "/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */\n",
+    "/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of\n",
+    "   springls__neighbor_mask_of_row; false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
     "{\n",
     "    at[0] = origin[0] + 8 * (d % 3 - 1);\n",
@@ -15842,7 +15979,99 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2059 \"springls.h\"\n",
+    "\n",
+    "#define SPRINGLS__ALL_AROUND 0x7ffffffu\n",
+    "\n",
+    "/* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */\n",
+    "SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, int i, int j, int to[3])\n",
+    "{\n",
+    "    const int axis = d >> 1;\n",
+    "    to[axis] = at[axis] + (d & 1 ? size : -1);\n",
+    "    to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;\n",
+    "    to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;\n",
+    "}\n",
+    "\n",
+    "/* A walk over the bricks that a springl comes near. */\n",
+    "typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;\n",
+    "\n",
+    "/* Begins at the bricks within `margin` voxels of the box around a triangle. */\n",
+    "SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)\n",
+    "{\n",
+    "    springls__brick_walk walk;\n",
+    "    springls__v3 lower = s.q[0], upper = s.q[0];\n",
+    "    int m;\n",
+    "    for (m = 1; m < 3; m++) {\n",
+    "        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));\n",
+    "        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));\n",
+    "    }\n",
+    "    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);\n",
+    "    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);\n",
+    "    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];\n",
+    "    return walk;\n",
+    "}\n",
+    "\n",
+    "/* Returns the next brick of the top table; -1 at the end. */\n",
+    "SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)\n",
+    "{\n",
+    "    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;\n",
+    "    if (walk->at[2] > walk->hi[2]) return -1;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        walk->at[axis] += 8;\n",
+    "        if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;\n",
+    "        walk->at[axis] = walk->lo[axis];\n",
+    "    }\n",
+    "    return brick;\n",
+    "}\n",
+    "\n",
+    "/* ---- bricks come and go ---- */\n",
+    "\n",
+    "/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */\n",
+    "SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)\n",
+    "{\n",
+    "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
+    "    g->slot_brick[slot] = -1;\n",
+    "    g->free_slots[place] = slot;\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of the n-th of some new bricks: one of the `free_count` free slots, the last one first, or one behind all. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int n)\n",
+    "{\n",
+    "    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;\n",
+    "}\n",
+    "\n",
+    "/* Makes a constant brick active; the slot's first voxel gets the constant. */\n",
+    "SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)\n",
+    "{\n",
+    "    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;\n",
+    "    g->slot_brick[slot] = brick;\n",
+    "    g->top[brick] = slot;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->cell + (size_t)slot * SPRINGLS__CELLS;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)\n",
+    "{\n",
+    "    int c;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */\n",
+    "SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
+    "    const float value = g->phi[first];\n",
+    "    size_t v;\n",
+    "    for (v = first; v < first + SPRINGLS__BRICK_VOXELS; v++) {\n",
+    "        g->phi[v] = g->phi_next[v] = value;\n",
+    "        g->omega[v] = -1.0f;\n",
+    "    }\n",
+    "    springls__clear_cells(springls__cells_of(g, slot));\n",
+    "}\n",
+    "#line 2166 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -15894,25 +16123,6 @@ static const char *const springls__kernel_lines[] = {
     "    float face = height * height * plan.inverse_n2;\n",
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
-    "}\n",
-    "\n",
-    "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
-    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
-    "                                              float margin, int lo[3], int hi[3])\n",
-    "{\n",
-    "    springls__v3 lower, upper;\n",
-    "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
-    "    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;\n",
-    "    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;\n",
-    "    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;\n",
-    "    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;\n",
-    "    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;\n",
-    "    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;\n",
-    "    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;\n",
-    "    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;\n",
-    "    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;\n",
-    "    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;\n",
-    "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
     "}\n",
     "\n",
     "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
@@ -15973,7 +16183,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2191 \"springls.h\"\n",
+    "#line 2279 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16072,18 +16282,78 @@ static const char *const springls__kernel_lines[] = {
     "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
     "}\n",
     "\n",
-    "/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */\n",
+    "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
+    "{\n",
+    "    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);\n",
+    "}\n",
+    "\n",
+    "/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where\n",
+    "   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */\n",
+    "SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)\n",
+    "{\n",
+    "    int c;\n",
+    "    cell[0] = begin;\n",
+    "    for (c = 1; c < SPRINGLS__CELLS; c++) {\n",
+    "        uint32_t count = cell[c];\n",
+    "        cell[c] = begin;\n",
+    "        begin += count;\n",
+    "    }\n",
+    "    return begin;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)\n",
+    "{\n",
+    "    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)\n",
+    "        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;\n",
+    "}\n",
+    "\n",
+    "/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where\n",
+    "   the list of active brick r begins. rank: slot -> place in `active`. */\n",
+    "SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, SPRINGLS__GLOBAL const uint32_t *rank, float margin, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);\n",
+    "    int brick;\n",
+    "    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)\n",
+    "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);\n",
+    "}\n",
+    "\n",
+    "/* Puts it into those lists; entry r + 1 moves on to where the list ends. */\n",
+    "SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, SPRINGLS__GLOBAL const uint32_t *rank, float margin, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);\n",
+    "    int brick;\n",
+    "    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)\n",
+    "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)\n",
+    "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;\n",
+    "}\n",
+    "\n",
+    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */\n",
     "SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)\n",
     "{\n",
-    "    uint32_t reach = 0;\n",
+    "    uint32_t mask = 0;\n",
     "    int y, z;\n",
     "    for (z = 0; z < 4; z++)\n",
     "        for (y = 0; y < 4; y++, cell += 4)\n",
     "            if (cell[4] > cell[0])\n",
-    "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
-    "    return reach;\n",
+    "                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "    return mask;\n",
     "}\n",
-    "#line 2302 \"springls.h\"\n",
+    "\n",
+    "/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.\n",
+    "   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */\n",
+    "SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    if (i < g->active_count) {\n",
+    "        springls__slot_origin(g, g->active[i], origin);\n",
+    "        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));\n",
+    "    }\n",
+    "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
+    "    return SPRINGLS__ALL_AROUND;\n",
+    "}\n",
+    "#line 2450 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16145,7 +16415,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2365 \"springls.h\"\n",
+    "#line 2513 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16353,7 +16623,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2574 \"springls.h\"\n",
+    "#line 2722 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16517,7 +16787,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2739 \"springls.h\"\n",
+    "#line 2887 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16543,7 +16813,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2766 \"springls.h\"\n",
+    "#line 2914 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16612,7 +16882,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2836 \"springls.h\"\n",
+    "#line 2984 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16663,7 +16933,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2888 \"springls.h\"\n",
+    "#line 3036 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16837,7 +17107,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3063 \"springls.h\"\n",
+    "#line 3211 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16959,7 +17229,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3186 \"springls.h\"\n",
+    "#line 3334 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -17099,7 +17369,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3327 \"springls.h\"\n",
+    "#line 3475 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17509,7 +17779,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3738 \"springls.h\"\n",
+    "#line 3886 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17607,7 +17877,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3837 \"springls.h\"\n",
+    "#line 3985 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17713,7 +17983,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3944 \"springls.h\"\n",
+    "#line 4092 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17900,10 +18170,20 @@ static const char *const springls__kernel_lines[] = {
     "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
-    "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
-    "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
+    "/* ---- regions: connected foreground that no springl is near ----\n",
+    "   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most\n",
+    "   voxels around it. Members are voxels and open constant bricks. */\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)\n",
     "{\n",
     "    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */\n",
+    "SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)\n",
+    "{\n",
+    "    if (model->grid.omega[voxel] >= model->params.capture) return 0;\n",
+    "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
@@ -17919,7 +18199,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4151 \"springls.h\"\n",
+    "#line 4309 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17976,7 +18256,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4209 \"springls.h\"\n",
+    "#line 4367 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -18071,7 +18351,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4305 \"springls.h\"\n",
+    "#line 4463 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -18195,7 +18475,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->work.scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4430 \"springls.h\"\n",
+    "#line 4588 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18485,7 +18765,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4721 \"springls.h\"\n",
+    "#line 4879 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18672,7 +18952,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4909 \"springls.h\"\n",
+    "#line 5067 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18801,7 +19081,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5039 \"springls.h\"\n",
+    "#line 5197 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18896,7 +19176,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5135 \"springls.h\"\n",
+    "#line 5293 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -19162,7 +19442,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->work.scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->work.scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5402 \"springls.h\"\n",
+    "#line 5560 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -19402,7 +19682,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5643 \"springls.h\"\n",
+    "#line 5801 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19433,7 +19713,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5675 \"springls.h\"\n",
+    "#line 5833 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19649,7 +19929,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5892 \"springls.h\"\n",
+    "#line 6050 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19760,7 +20040,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6004 \"springls.h\"\n",
+    "#line 6162 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19903,7 +20183,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6148 \"springls.h\"\n",
+    "#line 6306 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19977,11 +20257,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
-    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \\\n",
-    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
+    "    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                       \\\n",
+    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 19985 \"springls.h\"\n",
+    "#line 20265 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20075,10 +20355,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    int c;\n",
     "    (void)job;\n",
-    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
+    "    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));\n",
     "}\n",
     "\n",
     "/* counts: of missing bricks, the largest reach, of large springls. */\n",
@@ -20087,46 +20365,34 @@ static const char *const springls__kernel_lines[] = {
     "    uint key = model->cells.key[i];\n",
     "    (void)job;\n",
     "    if (key == SPRINGLS__MISSING_KEY) {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->work.counts));\n",
+    "        SPRINGLS__NEXT(model->work.counts);\n",
     "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->work.counts + 2));\n",
+    "        SPRINGLS__NEXT(model->work.counts + 2);\n",
     "    } else {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));\n",
+    "        springls__count_in_cell(model, i);\n",
     "        atomic_max(SPRINGLS__ATOMIC(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */\n",
+    "/* Scans a brick's cells as if it began at 0; how many springls it has goes to SCRATCH0, whose scan tells where it begins. */\n",
     "SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    uint sum = 0, one;\n",
-    "    int c;\n",
     "    (void)job;\n",
-    "    for (c = 1; c < SPRINGLS__CELLS; c++) {\n",
-    "        one = cell[c];\n",
-    "        cell[c] = sum;\n",
-    "        sum += one;\n",
-    "    }\n",
-    "    ((__global uint *)model->work.scratch[0])[i] = sum;\n",
+    "    ((__global uint *)model->work.scratch[0])[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    uint base = ((__global const uint *)model->work.scratch[0])[i];\n",
+    "    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
     "    int c;\n",
     "    (void)job;\n",
-    "    cell[0] = base;\n",
-    "    for (c = 1; c < SPRINGLS__CELLS; c++) cell[c] += base;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += ((__global const uint *)model->work.scratch[0])[i];\n",
     "}\n",
     "\n",
-    "/* Entry c + 1 moves on to where cell c ends. */\n",
     "SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    uint key = model->cells.key[i];\n",
     "    (void)job;\n",
-    "    if (key != SPRINGLS__LARGE_KEY) model->cells.ids[atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key))] = (uint)i;\n",
+    "    springls__put_in_cell(model, i);\n",
     "}\n",
     "\n",
     "/* Ascending, by gaps that shrink. */\n",
@@ -20144,7 +20410,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
     "    int c;\n",
     "    (void)job;\n",
     "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
@@ -20170,64 +20436,54 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)\n",
+    "SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)\n",
     "{\n",
-    "    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);\n",
+    "    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + brick), 1u);\n",
     "}\n",
     "\n",
-    "/* Bricks that particles have come to. */\n",
-    "SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    springls__v3 p = model->set.s[i].p;\n",
-    "    (void)job;\n",
-    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
-    "    springls__mark(model, springls__cell_coordinate(p.x, model->grid.size[0]), springls__cell_coordinate(p.y, model->grid.size[1]),\n",
-    "                   springls__cell_coordinate(p.z, model->grid.size[2]));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__mark_neighbors(const springls__model *model, const int origin[3], uint reach)\n",
+    "/* Marks bricks around the one at `origin`. */\n",
+    "SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint mask)\n",
     "{\n",
     "    int d, at[3];\n",
-    "    for (d = 0; d < 27 && reach; d++)\n",
-    "        if ((reach >> d & 1u) && springls__brick_around(&model->grid, origin, d, at)) springls__mark(model, at[0], at[1], at[2]);\n",
+    "    for (d = 0; d < 27 && mask; d++)\n",
+    "        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))\n",
+    "            springls__mark(model, springls__brick_at(&model->grid, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
-    "/* Bricks within one cell of the particles of an active brick, or of a large springl. */\n",
-    "SPRINGLS__MATHS void springls__mark_around_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Marks the brick that particle i has come to. */\n",
+    "SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    int origin[3];\n",
-    "    springls__v3 p;\n",
     "    (void)job;\n",
-    "    if (i < model->grid.active_count) {\n",
-    "        springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "        springls__mark_neighbors(model, origin, springls__cells_neighbor_mask(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));\n",
-    "        return;\n",
-    "    }\n",
-    "    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;\n",
-    "    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;\n",
-    "    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;\n",
-    "    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;\n",
-    "    springls__mark_neighbors(model, origin, 0x7ffffffu);\n",
+    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
+    "    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);\n",
+    "    springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));\n",
     "}\n",
     "\n",
-    "/* Bricks that the band of an active one reaches (SCRATCH0). */\n",
+    "SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    uint mask = springls__bricks_to_cover(model, i, origin);\n",
+    "    (void)job;\n",
+    "    springls__mark_around(model, origin, mask);\n",
+    "}\n",
+    "\n",
+    "/* Marks the bricks that the band of active brick i reaches (SCRATCH0). */\n",
     "SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    int origin[3];\n",
     "    (void)job;\n",
     "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "    springls__mark_neighbors(model, origin, ((__global const uint *)model->work.scratch[0])[i]);\n",
+    "    springls__mark_around(model, origin, ((__global const uint *)model->work.scratch[0])[i]);\n",
     "}\n",
     "\n",
-    "/* Bricks within the band of a springl. */\n",
+    "/* Marks the bricks within the band of springl i. */\n",
     "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    int lo[3], hi[3], x, y, z;\n",
+    "    springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);\n",
+    "    int brick;\n",
     "    (void)job;\n",
-    "    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);\n",
-    "    for (z = lo[2]; z <= hi[2]; z++)\n",
-    "        for (y = lo[1]; y <= hi[1]; y++)\n",
-    "            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);\n",
+    "    while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);\n",
     "}\n",
     "\n",
     "/* Chunks of all bricks: sums of those that go, come, and are active then. */\n",
@@ -20261,60 +20517,44 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    uint place = (uint)model->grid.free_count + model->work.sums[3 * i];\n",
-    "    int b, slot;\n",
+    "    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;\n",
     "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
     "        slot = model->grid.top[b];\n",
     "        if (slot < SPRINGLS__FIRST_SLOT || model->work.brick_flag[b]) continue;\n",
-    "        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
-    "        model->grid.slot_brick[slot] = -1;\n",
-    "        model->grid.free_slots[place++] = slot;\n",
+    "        springls__drop_brick(&model->grid, slot, place++);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */\n",
+    "/* Gives new bricks their slots, of which job.i[0] are free now, and lists all active ones. */\n",
     "SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int come = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b, slot;\n",
+    "    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;\n",
     "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
     "        if (!model->work.brick_flag[b]) continue;\n",
-    "        slot = g->top[b];\n",
-    "        if (slot < SPRINGLS__FIRST_SLOT) {\n",
-    "            int inside = slot == SPRINGLS__INSIDE;\n",
-    "            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];\n",
-    "            model->work.new_slots[come++] = slot;\n",
-    "            g->slot_brick[slot] = b;\n",
-    "            g->top[b] = slot;\n",
-    "            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;\n",
+    "        if (g->top[b] < SPRINGLS__FIRST_SLOT) {\n",
+    "            int slot = springls__slot_of_new(g, job.i[0], n);\n",
+    "            model->work.new_slots[n++] = slot;\n",
+    "            springls__add_brick(g, b, slot);\n",
     "        }\n",
-    "        g->active[place++] = slot;\n",
+    "        g->active[place++] = g->top[b];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* A new brick goes on with the constant it had. */\n",
     "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    size_t slot = (size_t)model->work.new_slots[i];\n",
-    "    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];\n",
-    "    int v;\n",
     "    (void)job;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
-    "        model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
-    "        model->grid.phi_next[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
-    "        model->grid.omega[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = -1.0f; /* unknown */\n",
-    "    }\n",
-    "    for (v = 0; v < SPRINGLS__CELLS; v++) model->grid.cell[slot * SPRINGLS__CELLS + (size_t)v] = 0u;\n",
+    "    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);\n",
     "}\n",
     "\n",
     "/* ---- springls by bricks they come near: job.f[0] is the margin ---- */\n",
     "\n",
-    "SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->work.scratch[0] + model->grid.slot_count; }\n",
+    "SPRINGLS__MATHS __global uint *springls__brick_ranks(const springls__model *model) { return (__global uint *)model->work.scratch[0]; }\n",
     "\n",
     "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((__global uint *)model->work.scratch[0])[model->grid.active[i]] = (uint)i;\n",
+    "    springls__brick_ranks(model)[model->grid.active[i]] = (uint)i;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)\n",
@@ -20323,31 +20563,14 @@ static const char *const springls__kernel_lines[] = {
     "    model->cells.brick_list_first[i] = 0u;\n",
     "}\n",
     "\n",
-    "/* Counts springl i in every brick that it comes near, or puts it there. */\n",
-    "SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, float margin, int i, int put)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int lo[3], hi[3], x, y, z;\n",
-    "    springls__springl_bricks(g, &model->set.s[i], margin, lo, hi);\n",
-    "    for (z = lo[2]; z <= hi[2]; z++)\n",
-    "        for (y = lo[1]; y <= hi[1]; y++)\n",
-    "            for (x = lo[0]; x <= hi[0]; x++) {\n",
-    "                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];\n",
-    "                uint rank;\n",
-    "                if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
-    "                rank = ((__global const uint *)model->work.scratch[0])[slot];\n",
-    "                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;\n",
-    "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));\n",
-    "            }\n",
+    "    springls__count_in_brick_lists(model, springls__brick_ranks(model), job.f[0], i);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 0); }\n",
-    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 1); }\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_cursor_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    springls__brick_lists_cursor(model)[i] = model->cells.brick_list_first[i];\n",
+    "    springls__put_in_brick_lists(model, springls__brick_ranks(model), job.f[0], i);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)\n",
@@ -20377,7 +20600,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__springl_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 20381 \"springls.h\"\n",
+    "#line 20604 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20430,7 +20653,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    first = springls__row_at(&model->grid, i, at);\n",
     "    for (v = first; v < first + 8; v++) { /* neighbours along the row are joined at once */\n",
-    "        bool member = springls__unsettled(model, (size_t)v);\n",
+    "        bool member = springls__in_region(model, (size_t)v);\n",
     "        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;\n",
     "        r.votes[v] = 0;\n",
     "    }\n",
@@ -20468,7 +20691,7 @@ static const char *const springls__kernel_lines[] = {
     "    brick = springls__brick_at(g, x, y, z);\n",
     "    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;\n",
     "    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
-    "    return springls__unsettled(r->model, (size_t)v) ? v : -1;\n",
+    "    return springls__in_region(r->model, (size_t)v) ? v : -1;\n",
     "}\n",
     "\n",
     "/* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */\n",
@@ -20503,17 +20726,14 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* What a voxel beside a region says. */\n",
-    "SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, int y, int z)\n",
+    "SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    size_t v;\n",
     "    int slot;\n",
     "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
     "    slot = springls__slot_at(g, x, y, z);\n",
-    "    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;\n",
-    "    return g->phi[v] > 0.0f ? 1 : -1;\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT) return 0;\n",
+    "    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));\n",
     "}\n",
     "\n",
     "/* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */\n",
@@ -20527,16 +20747,12 @@ static const char *const springls__kernel_lines[] = {
     "        int brick = i - rows;\n",
     "        if (!springls__open_brick(model, brick)) return;\n",
     "        root = springls__region_root(r.label, r.voxels + brick);\n",
-    "        at[0] = 8 * (brick % g->bricks[0]);\n",
-    "        at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
-    "        at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "        springls__brick_origin(g, brick, at);\n",
     "        for (d = 0; d < 6; d++)\n",
     "            for (k = 0; k < 64; k++) {\n",
-    "                int to[3], axis = d >> 1;\n",
-    "                to[axis] = at[axis] + (d & 1 ? 8 : -1);\n",
-    "                to[(axis + 1) % 3] = at[(axis + 1) % 3] + k % 8;\n",
-    "                to[(axis + 2) % 3] = at[(axis + 2) % 3] + k / 8;\n",
-    "                votes += springls__region_vote(model, to[0], to[1], to[2]);\n",
+    "                int to[3];\n",
+    "                springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);\n",
+    "                votes += springls__vote_at(model, to[0], to[1], to[2]);\n",
     "            }\n",
     "        if (root < r.voxels && votes != 0) atomic_add(&r.votes[root], votes);\n",
     "        return;\n",
@@ -20552,9 +20768,8 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (root < 0) root = springls__region_root(r.label, label);\n",
     "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__region_vote(model, at[0] + v + d, at[1], at[2])\n",
-    "                   + springls__region_vote(model, at[0] + v, at[1] + d, at[2])\n",
-    "                   + springls__region_vote(model, at[0] + v, at[1], at[2] + d);\n",
+    "            votes += springls__vote_at(model, at[0] + v + d, at[1], at[2]) + springls__vote_at(model, at[0] + v, at[1] + d, at[2])\n",
+    "                   + springls__vote_at(model, at[0] + v, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -20576,7 +20791,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20580 \"springls.h\"\n",
+    "#line 20795 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",

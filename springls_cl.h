@@ -449,7 +449,7 @@ SPRINGLS__FN springls_status springls__cl_compact(springls_context *ctx)
 SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
 {
     springls__grid *g = &ctx->model.grid;
-    int bricks = (int)springls__brick_count(g), chunks, gone, come, free_now, taken;
+    int bricks = (int)springls__brick_count(g), chunks, gone, come;
     springls__job job = springls__cl_chunks(0, bricks, &chunks);
     uint32_t counts[3];
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)bricks, 0));
@@ -462,27 +462,25 @@ SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls
     gone = (int)counts[0];
     come = (int)counts[1];
     if (gone + come == 0) return SPRINGLS_OK;
-    free_now = g->free_count + gone;
-    taken = springls__imin(come, free_now);
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + come - taken));
+    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(come - gone - g->free_count, 0)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)come, 0));
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(NEW_SLOTS)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks, job));
     ctx->lost = true; /* half a change cannot be taken up by the host */
-    job.i[0] = free_now;
+    job.i[0] = g->free_count + gone;
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_add, chunks, job));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_fill, come, job));
     ctx->lost = false;
-    g->free_count = free_now - taken;
-    g->slot_count += come - taken;
+    g->free_count += gone;
+    springls__take_slots(g, come);
     g->active_count = (int)counts[2];
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cl_cells_cover_around(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_cell_list_cover_around(springls_context *ctx)
 {
     int elements = ctx->model.grid.active_count + ctx->model.cells.large_count;
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_around, elements, true);
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_cover, elements, true);
 }
 
 SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
@@ -497,7 +495,7 @@ SPRINGLS__FN springls_status springls__cl_bricks_around_springls(springls_contex
 }
 
 /* All regions at once, by labels that are joined (device.cl). */
-SPRINGLS__FN springls_status springls__cl_settle_regions(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
 {
     static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
                                                     SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_resolve };
@@ -526,14 +524,11 @@ SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uin
     return springls__cl_counted(ctx, 3, counts);
 }
 
-SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
 {
     springls__cell_list *cells = &ctx->model.cells;
     int springls = ctx->model.set.count, bricks;
     uint32_t counts[3];
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)springls + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, (size_t)springls + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, (size_t)springls + 1, 0));
     SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
     if (counts[0] > 0) {
         SPRINGLS__TRY(springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_missing, springls, true));
@@ -555,24 +550,20 @@ SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, springls__no_job());
 }
 
-SPRINGLS__FN springls_status springls__cl_near_build(springls_context *ctx, float margin)
+SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ctx, float margin)
 {
-    const springls__grid *g = &ctx->model.grid;
-    int springls = ctx->model.set.count, bricks = g->active_count;
+    int springls = ctx->model.set.count, bricks = ctx->model.grid.active_count;
     springls__job job = springls__no_job();
     uint32_t total;
     job.f[0] = margin;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count + (size_t)bricks + 1, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(SCRATCH0)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 1, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 2, job));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, job));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__SCRATCHES, bricks + 1));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__SCRATCHES, bricks + 2));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_cursor, bricks, job));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_scatter, springls, job));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, job);
 }
@@ -795,12 +786,12 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.largest = springls__cl_largest;
     cl->base.scan = springls__cl_scan;
     cl->base.constellation_compact = springls__cl_compact;
-    cl->base.cells_build = springls__cl_cells_build;
-    cl->base.cells_cover_around = springls__cl_cells_cover_around;
+    cl->base.cell_list_build = springls__cl_cell_list_build;
+    cl->base.cell_list_cover_around = springls__cl_cell_list_cover_around;
     cl->base.band_move = springls__cl_band_move;
-    cl->base.near_build = springls__cl_near_build;
+    cl->base.brick_lists_build = springls__cl_brick_lists_build;
     cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
-    cl->base.settle_regions = springls__cl_settle_regions;
+    cl->base.resolve_regions = springls__cl_resolve_regions;
     missing = springls__cl_load(cl, desc->library);
     if (missing) {
         springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", missing);

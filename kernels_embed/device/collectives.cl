@@ -91,10 +91,8 @@ SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model
 
 SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__job job, int i)
 {
-    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    int c;
     (void)job;
-    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
 }
 
 /* counts: of missing bricks, the largest reach, of large springls. */
@@ -103,46 +101,34 @@ SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model,
     uint key = model->cells.key[i];
     (void)job;
     if (key == SPRINGLS__MISSING_KEY) {
-        atomic_inc(SPRINGLS__ATOMIC(model->work.counts));
+        SPRINGLS__NEXT(model->work.counts);
     } else if (key == SPRINGLS__LARGE_KEY) {
-        atomic_inc(SPRINGLS__ATOMIC(model->work.counts + 2));
+        SPRINGLS__NEXT(model->work.counts + 2);
     } else {
-        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));
+        springls__count_in_cell(model, i);
         atomic_max(SPRINGLS__ATOMIC(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */
     }
 }
 
-/* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */
+/* Scans a brick's cells as if it began at 0; how many springls it has goes to SCRATCH0, whose scan tells where it begins. */
 SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)
 {
-    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    uint sum = 0, one;
-    int c;
     (void)job;
-    for (c = 1; c < SPRINGLS__CELLS; c++) {
-        one = cell[c];
-        cell[c] = sum;
-        sum += one;
-    }
-    ((__global uint *)model->work.scratch[0])[i] = sum;
+    ((__global uint *)model->work.scratch[0])[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);
 }
 
 SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)
 {
-    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    uint base = ((__global const uint *)model->work.scratch[0])[i];
+    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
     int c;
     (void)job;
-    cell[0] = base;
-    for (c = 1; c < SPRINGLS__CELLS; c++) cell[c] += base;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += ((__global const uint *)model->work.scratch[0])[i];
 }
 
-/* Entry c + 1 moves on to where cell c ends. */
 SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)
 {
-    uint key = model->cells.key[i];
     (void)job;
-    if (key != SPRINGLS__LARGE_KEY) model->cells.ids[atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key))] = (uint)i;
+    springls__put_in_cell(model, i);
 }
 
 /* Ascending, by gaps that shrink. */
@@ -160,7 +146,7 @@ SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
 
 SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__job job, int i)
 {
-    __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
+    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
     int c;
     (void)job;
     for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
@@ -186,64 +172,54 @@ SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model
     model->work.brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)
+SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)
 {
-    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);
+    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + brick), 1u);
 }
 
-/* Bricks that particles have come to. */
-SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)
-{
-    springls__v3 p = model->set.s[i].p;
-    (void)job;
-    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
-    springls__mark(model, springls__cell_coordinate(p.x, model->grid.size[0]), springls__cell_coordinate(p.y, model->grid.size[1]),
-                   springls__cell_coordinate(p.z, model->grid.size[2]));
-}
-
-SPRINGLS__MATHS void springls__mark_neighbors(const springls__model *model, const int origin[3], uint reach)
+/* Marks bricks around the one at `origin`. */
+SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint mask)
 {
     int d, at[3];
-    for (d = 0; d < 27 && reach; d++)
-        if ((reach >> d & 1u) && springls__brick_around(&model->grid, origin, d, at)) springls__mark(model, at[0], at[1], at[2]);
+    for (d = 0; d < 27 && mask; d++)
+        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))
+            springls__mark(model, springls__brick_at(&model->grid, at[0], at[1], at[2]));
 }
 
-/* Bricks within one cell of the particles of an active brick, or of a large springl. */
-SPRINGLS__MATHS void springls__mark_around_element(const springls__model *model, springls__job job, int i)
+/* Marks the brick that particle i has come to. */
+SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)
 {
     int origin[3];
-    springls__v3 p;
     (void)job;
-    if (i < model->grid.active_count) {
-        springls__slot_origin(&model->grid, model->grid.active[i], origin);
-        springls__mark_neighbors(model, origin, springls__cells_neighbor_mask(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));
-        return;
-    }
-    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;
-    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;
-    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;
-    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;
-    springls__mark_neighbors(model, origin, 0x7ffffffu);
+    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
+    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);
+    springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));
 }
 
-/* Bricks that the band of an active one reaches (SCRATCH0). */
+SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__job job, int i)
+{
+    int origin[3];
+    uint mask = springls__bricks_to_cover(model, i, origin);
+    (void)job;
+    springls__mark_around(model, origin, mask);
+}
+
+/* Marks the bricks that the band of active brick i reaches (SCRATCH0). */
 SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__job job, int i)
 {
     int origin[3];
     (void)job;
     springls__slot_origin(&model->grid, model->grid.active[i], origin);
-    springls__mark_neighbors(model, origin, ((__global const uint *)model->work.scratch[0])[i]);
+    springls__mark_around(model, origin, ((__global const uint *)model->work.scratch[0])[i]);
 }
 
-/* Bricks within the band of a springl. */
+/* Marks the bricks within the band of springl i. */
 SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__job job, int i)
 {
-    int lo[3], hi[3], x, y, z;
+    springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);
+    int brick;
     (void)job;
-    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);
-    for (z = lo[2]; z <= hi[2]; z++)
-        for (y = lo[1]; y <= hi[1]; y++)
-            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);
+    while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);
 }
 
 /* Chunks of all bricks: sums of those that go, come, and are active then. */
@@ -277,60 +253,44 @@ SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model,
 
 SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)
 {
-    uint place = (uint)model->grid.free_count + model->work.sums[3 * i];
-    int b, slot;
+    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;
     for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
         slot = model->grid.top[b];
         if (slot < SPRINGLS__FIRST_SLOT || model->work.brick_flag[b]) continue;
-        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        model->grid.slot_brick[slot] = -1;
-        model->grid.free_slots[place++] = slot;
+        springls__drop_brick(&model->grid, slot, place++);
     }
 }
 
-/* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */
+/* Gives new bricks their slots, of which job.i[0] are free now, and lists all active ones. */
 SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    int come = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b, slot;
+    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;
     for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
         if (!model->work.brick_flag[b]) continue;
-        slot = g->top[b];
-        if (slot < SPRINGLS__FIRST_SLOT) {
-            int inside = slot == SPRINGLS__INSIDE;
-            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];
-            model->work.new_slots[come++] = slot;
-            g->slot_brick[slot] = b;
-            g->top[b] = slot;
-            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;
+        if (g->top[b] < SPRINGLS__FIRST_SLOT) {
+            int slot = springls__slot_of_new(g, job.i[0], n);
+            model->work.new_slots[n++] = slot;
+            springls__add_brick(g, b, slot);
         }
-        g->active[place++] = slot;
+        g->active[place++] = g->top[b];
     }
 }
 
-/* A new brick goes on with the constant it had. */
 SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
 {
-    size_t slot = (size_t)model->work.new_slots[i];
-    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];
-    int v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;
-        model->grid.phi_next[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;
-        model->grid.omega[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = -1.0f; /* unknown */
-    }
-    for (v = 0; v < SPRINGLS__CELLS; v++) model->grid.cell[slot * SPRINGLS__CELLS + (size_t)v] = 0u;
+    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);
 }
 
 /* ---- springls by bricks they come near: job.f[0] is the margin ---- */
 
-SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->work.scratch[0] + model->grid.slot_count; }
+SPRINGLS__MATHS __global uint *springls__brick_ranks(const springls__model *model) { return (__global uint *)model->work.scratch[0]; }
 
 SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((__global uint *)model->work.scratch[0])[model->grid.active[i]] = (uint)i;
+    springls__brick_ranks(model)[model->grid.active[i]] = (uint)i;
 }
 
 SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)
@@ -339,31 +299,14 @@ SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *
     model->cells.brick_list_first[i] = 0u;
 }
 
-/* Counts springl i in every brick that it comes near, or puts it there. */
-SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, float margin, int i, int put)
+SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i)
 {
-    const springls__grid *g = &model->grid;
-    int lo[3], hi[3], x, y, z;
-    springls__springl_bricks(g, &model->set.s[i], margin, lo, hi);
-    for (z = lo[2]; z <= hi[2]; z++)
-        for (y = lo[1]; y <= hi[1]; y++)
-            for (x = lo[0]; x <= hi[0]; x++) {
-                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
-                uint rank;
-                if (slot < SPRINGLS__FIRST_SLOT) continue;
-                rank = ((__global const uint *)model->work.scratch[0])[slot];
-                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;
-                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));
-            }
+    springls__count_in_brick_lists(model, springls__brick_ranks(model), job.f[0], i);
 }
 
-SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 0); }
-SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 1); }
-
-SPRINGLS__MATHS void springls__brick_lists_cursor_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i)
 {
-    (void)job;
-    springls__brick_lists_cursor(model)[i] = model->cells.brick_list_first[i];
+    springls__put_in_brick_lists(model, springls__brick_ranks(model), job.f[0], i);
 }
 
 SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)

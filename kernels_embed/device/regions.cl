@@ -50,7 +50,7 @@ SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model
     }
     first = springls__row_at(&model->grid, i, at);
     for (v = first; v < first + 8; v++) { /* neighbours along the row are joined at once */
-        bool member = springls__unsettled(model, (size_t)v);
+        bool member = springls__in_region(model, (size_t)v);
         r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;
         r.votes[v] = 0;
     }
@@ -88,7 +88,7 @@ SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int
     brick = springls__brick_at(g, x, y, z);
     if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;
     v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    return springls__unsettled(r->model, (size_t)v) ? v : -1;
+    return springls__in_region(r->model, (size_t)v) ? v : -1;
 }
 
 /* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */
@@ -123,17 +123,14 @@ SPRINGLS__MATHS void springls__region_join_element(const springls__model *model,
     }
 }
 
-/* What a voxel beside a region says. */
-SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, int y, int z)
+SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)
 {
     const springls__grid *g = &model->grid;
-    size_t v;
     int slot;
     if (!springls__grid_contains(g, x, y, z)) return 0;
     slot = springls__slot_at(g, x, y, z);
-    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;
-    return g->phi[v] > 0.0f ? 1 : -1;
+    if (slot < SPRINGLS__FIRST_SLOT) return 0;
+    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));
 }
 
 /* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */
@@ -147,16 +144,12 @@ SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model,
         int brick = i - rows;
         if (!springls__open_brick(model, brick)) return;
         root = springls__region_root(r.label, r.voxels + brick);
-        at[0] = 8 * (brick % g->bricks[0]);
-        at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-        at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+        springls__brick_origin(g, brick, at);
         for (d = 0; d < 6; d++)
             for (k = 0; k < 64; k++) {
-                int to[3], axis = d >> 1;
-                to[axis] = at[axis] + (d & 1 ? 8 : -1);
-                to[(axis + 1) % 3] = at[(axis + 1) % 3] + k % 8;
-                to[(axis + 2) % 3] = at[(axis + 2) % 3] + k / 8;
-                votes += springls__region_vote(model, to[0], to[1], to[2]);
+                int to[3];
+                springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);
+                votes += springls__vote_at(model, to[0], to[1], to[2]);
             }
         if (root < r.voxels && votes != 0) atomic_add(&r.votes[root], votes);
         return;
@@ -172,9 +165,8 @@ SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model,
         }
         if (root < 0) root = springls__region_root(r.label, label);
         for (d = -1; d <= 1; d += 2)
-            votes += springls__region_vote(model, at[0] + v + d, at[1], at[2])
-                   + springls__region_vote(model, at[0] + v, at[1] + d, at[2])
-                   + springls__region_vote(model, at[0] + v, at[1], at[2] + d);
+            votes += springls__vote_at(model, at[0] + v + d, at[1], at[2]) + springls__vote_at(model, at[0] + v, at[1] + d, at[2])
+                   + springls__vote_at(model, at[0] + v, at[1], at[2] + d);
     }
 }
 

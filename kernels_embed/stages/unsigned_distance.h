@@ -51,25 +51,6 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
     return use_face > 0.0f ? face : edges;
 }
 
-/* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
-                                              float margin, int lo[3], int hi[3])
-{
-    springls__v3 lower, upper;
-    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
-    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
-    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
-    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
-    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
-    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
-    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
-}
-
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row);

@@ -184,10 +184,20 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
             if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
-/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
-SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+/* ---- regions: connected foreground that no springl is near ----
+   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
+   voxels around it. Members are voxels and open constant bricks. */
+
+SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
 {
     return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+}
+
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
+{
+    if (model->grid.omega[voxel] >= model->params.capture) return 0;
+    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
 /* The side becomes the sign of the distance. */

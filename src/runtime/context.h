@@ -92,12 +92,12 @@ struct springls_backend {
     springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
     springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cells_build)(springls_context *ctx);
-    springls_status (*cells_cover_around)(springls_context *ctx);
+    springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*cell_list_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
-    springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
-    springls_status (*settle_regions)(springls_context *ctx);
+    springls_status (*resolve_regions)(springls_context *ctx);
 };
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);

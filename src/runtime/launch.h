@@ -89,19 +89,26 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     return largest;
 }
 
-/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+/* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
+SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
 {
-    uint32_t *numbers = (uint32_t *)ctx->model.work.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
         numbers[i] = (uint32_t)sum;
         sum += number;
     }
+    return sum;
+}
+
+/* Does so with the first `count` numbers of a scratch; fails when *total, the sum of all, is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+{
+    uint64_t sum;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
+    sum = springls__prefix_sums((uint32_t *)ctx->model.work.scratch[scratch], count);
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;

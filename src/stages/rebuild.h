@@ -31,13 +31,12 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         keep[i] = 0;
     }
     for (i = 0; i < g->active_count; i++) {
-        int origin[3];
+        int origin[3], at[3];
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
-            int x = origin[0] + 8 * (d % 3 - 1), y = origin[1] + 8 * (d / 3 % 3 - 1), z = origin[2] + 8 * (d / 9 - 1);
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            brick = springls__brick_at(g, x, y, z);
+            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;
         }

@@ -1,38 +1,23 @@
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
-/* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
+/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
+    const springls__model *model = &ctx->model;
+    const int bricks = model->grid.active_count;
+    uint32_t *rank, *first;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)model->grid.slot_count, sizeof *rank, (void **)&rank));
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->brick_lists_build(ctx, margin));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
-    memset(cells->brick_list_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
-    for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
-    for (pass = 0; pass < 2; pass++) {
-        for (i = 0; i < ctx->model.set.count; i++) {
-            int lo[3], hi[3], x, y, z;
-            springls__springl_bricks(g, &ctx->model.set.s[i], margin, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++) {
-                        int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
-                        if (slot < SPRINGLS__FIRST_SLOT) continue;
-                        if (pass == 0) cells->brick_list_first[rank[slot] + 2]++;
-                        else cells->brick_list_ids[cells->brick_list_first[rank[slot] + 1]++] = (uint32_t)i;
-                    }
-        }
-        if (pass == 1) break;
-        for (i = 0; i < g->active_count; i++) { /* entry i+1 becomes the start of brick i; the second pass moves it on */
-            cells->brick_list_first[i + 2] += cells->brick_list_first[i + 1];
-        }
-        total = (int)cells->brick_list_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
-    }
+    first = model->cells.brick_list_first;
+    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
+    for (i = 0; i < bricks; i++) rank[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, rank, margin, i);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, rank, margin, i);
     return SPRINGLS_OK;
 }
 

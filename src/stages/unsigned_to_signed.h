@@ -7,7 +7,7 @@
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
@@ -15,14 +15,11 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
     memset(wanted, 0, (size_t)bricks);
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-        for (z = lo[2]; z <= hi[2]; z++)
-            for (y = lo[1]; y <= hi[1]; y++)
-                for (x = lo[0]; x <= hi[0]; x++) {
-                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
-                    count += !wanted[brick];
-                    wanted[brick] = 1;
-                }
+        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
+        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[brick];
+            wanted[brick] = 1;
+        }
     }
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
     for (i = count = 0; i < bricks; i++)
@@ -67,8 +64,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
-   narrow entrance. It is on one side as a whole: that of most voxels around it. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
+   thread's work. */
 typedef struct springls__region {
     springls_context *ctx;
     uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
@@ -87,7 +84,7 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 
 SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
 {
-    return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
+    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
@@ -105,7 +102,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -117,17 +114,15 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
     const springls__grid *g = &r->ctx->model.grid;
     int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3];
-    at[0] = 8 * (brick % g->bricks[0]) + (v & 7);
-    at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]) + (v >> 3 & 7);
-    at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1])) + (v >> 6);
+    int at[3], to[3];
+    springls__brick_origin(g, brick, at);
+    at[0] += v & 7;
+    at[1] += v >> 3 & 7;
+    at[2] += v >> 6;
     for (d = 0; d < 6; d++)
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++) {
-                int to[3], axis = d >> 1;
-                to[axis] = at[axis] + (d & 1 ? n : -1);
-                to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
-                to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+                springls__voxel_at_face(at, n, d, i, j, to);
                 springls__region_visit(r, to[0], to[1], to[2]);
             }
 }
@@ -156,7 +151,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->resolve_regions(ctx));
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.work.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
