@@ -30,7 +30,8 @@ EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lc
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h src/*/*.h kernels_embed/*/*.h)
-KERNEL_FILES := $(addprefix kernels_embed/device/,collectives.cl regions.cl entry_points.cl)
+# The top of the OpenCL text; it includes the rest.
+DEVICE_TEXT  := kernels_embed/device/entry_points.cl
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
 ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c morph*.c run_options.c segment*.c track*.c viewer*.c)))
@@ -42,7 +43,10 @@ OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 # Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
-TEST_FILES   := $(filter-out tests/test_opencl_%,$(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c))))
+TEST_FILES   := $(sort $(wildcard tests/unit/test_*.c tests/examples/test_*.c))
+ifeq ($(VARIANT),tsan)
+  TEST_FILES := $(shell grep -l -e pthread -e histories.h $(TEST_FILES))
+endif
 TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
 
 ifdef SPRINGLS_DATA
@@ -74,20 +78,21 @@ build/embed: kernels_embed/embed.c
 	@mkdir -p build
 	$(SAY)$(CC) $(STRICT) -O1 -o $@ $<
 
-springls.h: build/embed $(PARTS_FILES) $(KERNEL_FILES)   ## put the parts together again, if one has changed
-	build/embed src/springls_parts.h $(KERNEL_FILES) > build/springls.h.new
+springls.h: build/embed $(PARTS_FILES) $(wildcard kernels_embed/*/*.cl)   ## put the parts together again, if one has changed
+	build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.new
 	mv build/springls.h.new $@
 
 # springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
-check: build/embed   ## is springls.h what the parts produce? is its OpenCL text clean?
-	@build/embed src/springls_parts.h $(KERNEL_FILES) > build/springls.h.check
+check: build/embed   ## is springls.h what the parts produce? includes no part a higher room? is the OpenCL text clean?
+	@build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.check
 	@cmp -s springls.h build/springls.h.check || { \
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
 	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
 	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
-	@$(CC) $(STRICT) -I. -o build/print_kernels tests/compile/print_kernels.c -lm
+	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl
-	@tests/compile/kernels.sh build/kernels.cl
+	@tests/portability/kernels.sh build/kernels.cl
+	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 
 SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
@@ -112,4 +117,4 @@ format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are bet
 clean:   ## remove build/
 	rm -rf build
 
--include $(wildcard build/*.d build/common/*.d build/test*/*.d build/bench/*.d)
+-include $(wildcard build/*.d build/common/*.d build/test*/*/*.d build/bench/*.d)

@@ -287,7 +287,7 @@ static bool settle(struct atlas_template *template, struct way *way, int *steps)
     bool good = atlas_check(template->ctx, springls_unsigned_to_signed(template->ctx), "level set"), moving = true;
     for (int s = 0; good && moving && s < SETTLE_STEPS; ++s) {
         good = atlas_check(template->ctx, springls_step(template->ctx, &step), "pressure");
-        moving = springls_get_stats(template->ctx).moving > 0.01f;
+        moving = springls_get_stats(template->ctx).moving_share > 0.01f;
         ++*steps;
     }
     return good;

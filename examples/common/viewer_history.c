@@ -41,14 +41,14 @@ static void make_room(struct viewer_history *history, size_t size)
 static bool append(struct viewer_history *history, struct viewer_model *model)
 {
     struct viewer_state state = {NULL, 0};
-    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &state.size))) {
+    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &state.size))) {
         return false;
     }
     state.block = malloc(state.size);
     if (!state.block) {
         return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
     }
-    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_ALL, state.block, state.size, &state.size))) {
+    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, state.block, state.size, &state.size))) {
         free(state.block);
         return false;
     }

@@ -267,7 +267,7 @@ bool viewer_model_at_rest(const struct viewer_model *model) { return model->unse
 
 bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count)
 {
-    const springls_chunks_desc desc = {.material = material};
+    const springls_chunks_desc desc = {.correspondences = material};
     if (model->chunks && material != model->chunks_with_material) {
         springls_chunks_destroy(model->ctx, model->chunks);
         model->chunks = NULL;

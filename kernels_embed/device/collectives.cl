@@ -1,5 +1,9 @@
 /* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same
    whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */
+#ifndef SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
+#define SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
+
+#include "kernels.h"
 
 #define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))
 
@@ -328,11 +332,13 @@ SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model,
 {
     uint place = ((__global const uint *)model->work.scratch[0])[i];
     (void)job;
-    if (((__global const uchar *)model->work.scratch[1])[i]) model->work.spare[place] = springls__springl_load(model, i);
+    if (((__global const uchar *)model->work.scratch[1])[i]) model->work.spare[place] = springls__record_load(model, i);
 }
 
 SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    springls__springl_store(model, i, model->work.spare[i]);
+    springls__record_store(model, i, model->work.spare[i]);
 }
+
+#endif

@@ -1,5 +1,9 @@
 /* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.
    Whatever order they come in, results are the same: minima and sums of integers. */
+#ifndef SPRINGLS__KERNEL_DEVICE_REGIONS_CL
+#define SPRINGLS__KERNEL_DEVICE_REGIONS_CL
+
+#include "kernels.h"
 
 /* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----
    Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a
@@ -188,3 +192,5 @@ SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *mod
         if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;
     }
 }
+
+#endif

@@ -1,7 +1,7 @@
 /* compat.h - the one place where the three languages of kernels_embed/ differ.
    Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */
-#ifndef SPRINGLS__COMPAT
-#define SPRINGLS__COMPAT
+#ifndef SPRINGLS__KERNEL_LANGUAGE_COMPAT_H
+#define SPRINGLS__KERNEL_LANGUAGE_COMPAT_H
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
@@ -27,9 +27,16 @@
   typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
+  #define springls__float_of_bits(bits) as_float(bits)
 #else
   #include <float.h>
   #include <math.h>
+  #include <stddef.h>
+  #include <stdint.h>
+  #if !defined(__cplusplus)
+    #include <stdbool.h>
+  #endif
+  #include <string.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
@@ -54,6 +61,12 @@
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
+  SPRINGLS__MATHS float springls__float_of_bits(int32_t bits)
+  {
+      float x;
+      memcpy(&x, &bits, sizeof x);
+      return x;
+  }
 #endif
 
 /* floorf: a function call where the target has no instruction for it, and called everywhere. */

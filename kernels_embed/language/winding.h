@@ -1,4 +1,8 @@
 /* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+#ifndef SPRINGLS__KERNEL_LANGUAGE_WINDING_H
+#define SPRINGLS__KERNEL_LANGUAGE_WINDING_H
+
+#include "triangle.h"
 
 /* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
 SPRINGLS__MATHS float springls__atan2(float y, float x)
@@ -23,3 +27,5 @@ SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
     float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
     return 2.0f * springls__atan2(volume, angle);
 }
+
+#endif

@@ -1,5 +1,10 @@
 /* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
    `large` instead, so that one huge triangle does not widen every search. */
+#ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
+#define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
+
+#include "grid.h"
+#include "model.h"
 
 /* The cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
@@ -167,3 +172,5 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
     springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
     return SPRINGLS__ALL_AROUND;
 }
+
+#endif

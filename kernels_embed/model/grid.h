@@ -2,6 +2,10 @@
 
    A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
    object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+#ifndef SPRINGLS__KERNEL_MODEL_GRID_H
+#define SPRINGLS__KERNEL_MODEL_GRID_H
+
+#include "model.h"
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
@@ -150,31 +154,47 @@ SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOB
     SPRINGLS__BARRIER;
 }
 
-/* One voxel and its six neighbours. */
-typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
+/* Voxels of a row and their six neighbours, one voxel a lane. */
+typedef struct springls__cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__cross7;
 
-/* The smallest and the largest of the six neighbours. */
-SPRINGLS__MATHS float springls__least(springls__cross7 v)
-{
-    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS float springls__most(springls__cross7 v)
-{
-    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
+/* Reads voxels t[0], t[1], ... of a tile. */
+SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
 {
     springls__cross7 v;
-    v.c = t[0];
-    v.xm = t[-1];
-    v.xp = t[1];
-    v.ym = t[-SPRINGLS__TILE];
-    v.yp = t[SPRINGLS__TILE];
-    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
-    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
     return v;
+}
+
+/* Return the smallest and the largest of the six neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
+}
+
+/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
+{
+    springls__vmask inside = c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (springls__vec_not(inside) & (lo < 0.0f));
+}
+
+/* Returns where a voxel and one of its six neighbours lie on different sides. */
+SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
+{
+    return springls__crosses(v.c, springls__least(v), springls__most(v));
 }
 
 /* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
@@ -349,3 +369,5 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
     }
     springls__clear_cells(springls__cells_of(g, slot));
 }
+
+#endif

@@ -1,12 +1,14 @@
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+#ifndef SPRINGLS__KERNEL_MODEL_MODEL_H
+#define SPRINGLS__KERNEL_MODEL_MODEL_H
 
-/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
-typedef struct springls__springl {
-    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
-    springls__v3 p;         /* particle                                                                         */
-    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float bounding_radius; /* max |q[m] - p|                                                                   */
-} springls__springl;
+#include "../interface/parameters.h"
+#include "../language/triangle.h"
+
+#include "../language/width_float.h"
+#include "springl_body.h"
+#include "../language/width_simd.h"
+#include "springl_body.h"
 
 /* ---- the arrays of a model ----
    A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
@@ -33,7 +35,7 @@ typedef struct springls__springl {
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture; below 0: unknown */\
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
@@ -64,7 +66,7 @@ typedef struct springls__springl {
     X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
-    X(SPARE, springls__springl_record, 1, work, spare) /* springls on their way to another place                              */
+    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
 
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
@@ -92,11 +94,11 @@ typedef struct springls__constellation {
 } springls__constellation;
 
 /* All of one springl. */
-typedef struct springls__springl_record {
+typedef struct springls__record {
 #define SPRINGLS__RECORD_MEMBER(name, type, block, owner, member) type member;
     SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__RECORD_MEMBER)
 #undef SPRINGLS__RECORD_MEMBER
-} springls__springl_record;
+} springls__record;
 
 /* Kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
@@ -172,19 +174,6 @@ typedef struct springls__model {
 /* The numbers that one run of a kernel is given besides. */
 typedef struct springls__job { int i[4]; float f[4]; } springls__job;
 
-/* With what follows from q and p. */
-SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
-{
-    float reach2 = 0.0f;
-    int m;
-    for (m = 0; m < 3; m++) {
-        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
-        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
-    }
-    s.bounding_radius = springls__sqrt(reach2);
-    return s;
-}
-
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
     springls__springl s;
@@ -208,16 +197,16 @@ SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { re
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
-SPRINGLS__MATHS springls__springl_record springls__springl_load(const springls__model *model, int i)
+SPRINGLS__MATHS springls__record springls__record_load(const springls__model *model, int i)
 {
-    springls__springl_record record;
+    springls__record record;
 #define SPRINGLS__LOAD_MEMBER(name, type, block, owner, member) record.member = model->owner.member[i];
     SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__LOAD_MEMBER)
 #undef SPRINGLS__LOAD_MEMBER
     return record;
 }
 
-SPRINGLS__MATHS void springls__springl_store(const springls__model *model, int i, springls__springl_record record)
+SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i, springls__record record)
 {
 #define SPRINGLS__STORE_MEMBER(name, type, block, owner, member) model->owner.member[i] = record.member;
     SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__STORE_MEMBER)
@@ -225,7 +214,7 @@ SPRINGLS__MATHS void springls__springl_store(const springls__model *model, int i
 }
 
 /* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
-SPRINGLS__MATHS void springls__springl_renew(const springls__model *model, int i, springls__springl_record *record)
+SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
     record->component = -1;
@@ -236,15 +225,15 @@ SPRINGLS__MATHS void springls__springl_renew(const springls__model *model, int i
 /* Stores a new springl in place i, at or beyond `count`. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
-    springls__springl_record record;
+    springls__record record;
     record.s = s;
     record.a = a;
     record.generation = generation;
     record.mask = mask;
     record.edge = 0;
     record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
-    springls__springl_renew(model, i, &record);
-    springls__springl_store(model, i, record);
+    springls__record_renew(model, i, &record);
+    springls__record_store(model, i, record);
 }
 
 /* phi has been made to follow the springls. */
@@ -300,3 +289,5 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)
 #undef SPRINGLS__WRITE_NUMBER
 }
+
+#endif

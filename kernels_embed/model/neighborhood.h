@@ -1,4 +1,10 @@
 /* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+#ifndef SPRINGLS__KERNEL_MODEL_NEIGHBORHOOD_H
+#define SPRINGLS__KERNEL_MODEL_NEIGHBORHOOD_H
+
+#include "angular_gaps.h"
+#include "cell_list.h"
+#include "model.h"
 
 /* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
 SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
@@ -8,9 +14,11 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float d2, reach = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
             nearest = i;
@@ -48,3 +56,5 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     }
     return springls__spans_sheet(fan) != 0;
 }
+
+#endif

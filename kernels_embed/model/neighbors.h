@@ -1,5 +1,10 @@
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
+#ifndef SPRINGLS__KERNEL_MODEL_NEIGHBORS_H
+#define SPRINGLS__KERNEL_MODEL_NEIGHBORS_H
+
+#include "cell_list.h"
+#include "model.h"
 
 /* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
 SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
@@ -15,9 +20,27 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
     return length < room ? length + 1 : room;
 }
 
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);
+/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)
+   and its squared distance. */
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
+                                             float radius2, float d2[8], float edge[8])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    int e, m;
+    for (m = 0; m < 3; m += SPRINGLS__LANES) {
+        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
+        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);
+        for (e = 0; e < 3; e++) {
+            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);
+            springls__vmask nearer = d < best;
+            best = springls__vec_select(nearer, d, best);
+            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);
+        }
+        springls__vec_store(d2 + m, best);
+        springls__vec_store(edge + m, found);
+    }
+}
 
 /* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
@@ -27,8 +50,8 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     const int room = model->params.max_neighbors;
     springls__v3 lower, upper, normal = springls__springl_normal(*self);
     springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
-    int length[3] = { 0, 0, 0 }, edge[3], other, m;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
+    int length[3] = { 0, 0, 0 }, other, m;
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
     lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
     lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
@@ -48,9 +71,9 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
-            if (edge[m] >= 0)
+            if (edge[m] >= 0.0f)
                 length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + edge[m]);
+                                                     d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -59,3 +82,5 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
     (void)job;
     springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }
+
+#endif

@@ -1,14 +1,14 @@
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
+#ifndef SPRINGLS__KERNEL_STAGES_ADVECT_H
+#define SPRINGLS__KERNEL_STAGES_ADVECT_H
 
-/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */
-SPRINGLS__MATHS springls__v3 springls__deformation_velocity(springls__v3 voxel, float n, float period, float time)
-{
-    springls__v3 x = springls__scale(voxel, 1.0f / n);
-    float sx = springls__sinpi(x.x), sy = springls__sinpi(x.y), sz = springls__sinpi(x.z);
-    float s2x = springls__sinpi(2.0f * x.x), s2y = springls__sinpi(2.0f * x.y), s2z = springls__sinpi(2.0f * x.z);
-    float s = n * springls__cospi(time / period);
-    return springls__v3_make(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
-}
+#include "../model/grid.h"
+#include "../model/model.h"
+
+#include "../language/width_float.h"
+#include "advect_body.h"
+#include "../language/width_simd.h"
+#include "advect_body.h"
 
 SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)
 {
@@ -205,3 +205,5 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+#ifndef SPRINGLS__KERNEL_STAGES_EVOLVE_H
+#define SPRINGLS__KERNEL_STAGES_EVOLVE_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
@@ -15,22 +20,38 @@ SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
     return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
 }
 
-/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
 {
-    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)
-                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);
-    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
 }
 
-/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,
-                                          SPRINGLS__GLOBAL float *out);
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside))
+            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        springls__vec_store(out + i, c);
+    }
+}
 
 /* phi_next from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
@@ -54,3 +75,5 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         }
     }
 }
+
+#endif

@@ -1,4 +1,13 @@
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+#ifndef SPRINGLS__KERNEL_STAGES_FILL_GAPS_H
+#define SPRINGLS__KERNEL_STAGES_FILL_GAPS_H
+
+#include "../model/cell_list.h"
+#include "../model/fit.h"
+#include "../model/grid.h"
+#include "../model/marching_cubes.h"
+#include "../model/model.h"
+#include "track.h"
 
 /* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
    is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
@@ -11,9 +20,11 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float reach = r + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
         sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
     }
@@ -92,3 +103,5 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     model->set.a[n] = springls__project_on_original(model, a);
     model->set.synced_position[n] = s.p; /* it has been placed, not moved */
 }
+
+#endif

@@ -1,7 +1,14 @@
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
+#ifndef SPRINGLS__KERNEL_STAGES_PROJECT_H
+#define SPRINGLS__KERNEL_STAGES_PROJECT_H
 
-/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
+#include "../model/grid.h"
+
+/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
+
+/* Cosine of the angle from which on two normals are those of different sheets. */
+#define SPRINGLS__SAME_SHEET 0.4f
 
 /* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
    with it. edge: 1 at a crease. */
@@ -10,55 +17,34 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
-/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */
-SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }
+#include "../language/width_float.h"
+#include "project_body.h"
+#include "../language/width_simd.h"
+#include "project_body.h"
 
-/* Falls smoothly to 0 at the radius. */
-SPRINGLS__MATHS float springls__project_weight(float d2)
-{
-    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);
-    t = t * t;
-    return t * t;
-}
-
-/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
-   then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
-                                                        springls__v3 facing)
-{
-    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
-    if (springls__dot(facing, s.n) <= 0.4f) return sum;
-    sum.weight += w;
-    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));
-    sum.offset = springls__mad(sum.offset, offset, w);
-    sum.normal = springls__mad(sum.normal, s.n, w);
-    sum.moved = springls__mad(sum.moved, s.moved, w);
-    return sum;
-}
-
-/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
+/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
 SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
-    springls__estimate say;
-    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
-    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
-    return say;
+    springls__estimate estimate;
+    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;
+    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
+    return estimate;
 }
 
-/* Sums of less weight say nothing. */
+/* Sums of less weight do not count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
-/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
+/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
 /* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
    (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
    1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less they know of the surface's bend in between. */
+   side of the voxel, the less certain is the bend of the surface in between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -70,8 +56,8 @@ SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moment
     return f;
 }
 
-/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are
-   closer than phi says: it may have lost a sheet here. */
+/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
+   the springls are closer than |phi|: phi may have lost a sheet here. */
 SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 {
     float change = springls__fabs(f.distance - phi);
@@ -80,48 +66,53 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
+/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
 SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
 {
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
-   its old value in it. */
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
+   twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
-
-/* The old value again, where nobody could help. */
-SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)
+SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
-    if (!springls__is_side_unknown(phi, far_value)) return phi;
-    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
+    return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
-SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }
-
-/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
-   much. Where they say no more than `enough` the voxel stays in doubt. */
-SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)
+/* Returns the old value where the side is unknown, else phi. */
+SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
-    float sum, nearest;
-    if (!springls__is_side_unknown(v.c, far_value)) return v.c;
-    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)
-        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
-    if (springls__fabs(sum) <= enough) return v.c;
-    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
-                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
-                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));
-    nearest = springls__min(nearest + 1.0f, far_value);
-    return sum < 0.0f ? -nearest : nearest;
+    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);
 }
 
-/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+/* Returns phi where the side is known, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
+}
+
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
+   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
+SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
+{
+    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
+                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
+                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
+    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
+    d = springls__vec_select(sum < 0.0f, -d, d);
+    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
+}
+
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
    not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
@@ -129,11 +120,4 @@ SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
 
-/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
-   becomes there, else itself. */
-SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)
-{
-    float lo = springls__least(v), hi = springls__most(v);
-    if (v.c >= 0.0f && hi < 0.0f) return hi;
-    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
-}
+#endif

@@ -1,4 +1,13 @@
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
+#ifndef SPRINGLS__KERNEL_STAGES_PROJECT_BRICK_H
+#define SPRINGLS__KERNEL_STAGES_PROJECT_BRICK_H
+
+#include "../model/cell_list.h"
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "../model/neighborhood.h"
+#include "keep_edges.h"
+#include "project.h"
 
 /* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
@@ -80,14 +89,56 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
+/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i, k;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
+        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vec_any(nearer)) continue;
+        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
+        for (k = 0; k < 3; k++) {
+            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
+        }
+    }
+}
 
-/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
+SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
+{
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another
+   sheet. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
+        if (!springls__vec_any(w > 0.0f)) continue;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
@@ -157,22 +208,22 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__sample_set crowd;
-    springls__estimate say;
+    springls__sample_set samples;
+    springls__estimate estimate;
     int r, k, edges = 0;
-    crowd.count = 0;
+    samples.count = 0;
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
             if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);
+            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
-    say = springls__edge_distance(&crowd, x);
-    if (say.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, say.distance);
+    estimate = springls__edge_distance(&samples, x);
+    if (estimate.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, estimate.distance);
     return true;
 }
 
@@ -215,7 +266,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
+/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
+   longest displacement of any. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -223,14 +275,14 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *in_doubt = 0;
+    if (model->group.item == 0) *side_unknown = 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
@@ -244,31 +296,63 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
                                                  phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
-                *in_doubt = 1;
+                *side_unknown = 1;
             }
         }
 }
 
-/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
+                                                SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask unknown = springls__is_side_unknown(c, far_value);
+        if (springls__vec_any(unknown)) {
+            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);
+            if (last) c = springls__restored_side(c, far_value);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
+   counts; job.i[0]: it is the last time, and who is left takes the old value. */
 SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != 0;
+    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[1])[i] != 0;
     int row, v;
-    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
-        for (v = 8 * row; v < 8 * row + 8; v++) {
-            if (!in_doubt) out[v] = from[v];
-            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);
-        }
+        if (some_unknown)
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,
+                                       out + 8 * row);
+        else
+            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
     }
 }
 
-/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
+/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller
+   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vec_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
+}
+
+/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
@@ -287,3 +371,5 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
         }
     }
 }
+
+#endif

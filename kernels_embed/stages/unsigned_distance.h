@@ -1,59 +1,26 @@
 /* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+#ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
+#define SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
 
-/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
-typedef struct springls__tri_plan {
-    springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
-    float inverse_edge2[3], inverse_n2;
-} springls__tri_plan;
+#include "../model/grid.h"
+#include "../model/model.h"
 
-SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
+   and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
-    springls__tri_plan plan;
-    float n2;
-    plan.t = t;
-    plan.n = springls__tri_area2(t);
-    n2 = springls__length2(plan.n);
-    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */
-    plan.edge[0] = springls__sub(t.b, t.a);
-    plan.edge[1] = springls__sub(t.c, t.b);
-    plan.edge[2] = springls__sub(t.a, t.c);
-    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
-    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
-    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
-    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
-    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
-    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
-    return plan;
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
 }
-
-/* Squared distance from x to the segment that starts at a, of vector e. */
-SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)
-{
-    springls__v3 d = springls__sub(x, a);
-    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);
-    return springls__length2(springls__mad(d, e, -s));
-}
-
-/* Squared distance from x to the triangle, without a branch. */
-SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)
-{
-    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);
-    float height = springls__dot(plan.n, da);
-    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),
-                                springls__dot(plan.side[2], dc));
-    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);
-    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);
-    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);
-    float edges = springls__min(springls__min(e0, e1), e2);
-    float face = height * height * plan.inverse_n2;
-    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
-    return use_face > 0.0f ? face : edges;
-}
-
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row);
 
 /* omega's first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
@@ -62,12 +29,12 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 }
 
 
-/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
@@ -109,3 +76,5 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
     if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
     ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
+
+#endif

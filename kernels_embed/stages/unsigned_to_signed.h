@@ -1,5 +1,11 @@
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
    through bricks and then voxels; then springls say which side of them a voxel lies on. */
+#ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_TO_SIGNED_H
+#define SPRINGLS__KERNEL_STAGES_UNSIGNED_TO_SIGNED_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "unsigned_distance.h"
 
 /* Blocks closer than this to a springl stop the background. */
 #define SPRINGLS__SHELL 1.5f
@@ -140,24 +146,39 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[index] = grew > 0.0f;
 }
 
-/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
-   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
-SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
+   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
-    float d2 = springls__tri_distance2(plan, x) + 0.01f;
-    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
+    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
+    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
-                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);
+/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
+   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_from(i);
+        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
+        counts = (nearest < capture) & (d2 < within * within);
+        if (!springls__vec_any(counts)) continue;
+        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+    }
+}
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
@@ -190,13 +211,13 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
 
 SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
 {
-    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
 /* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
 SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
 {
-    if (model->grid.omega[voxel] >= model->params.capture) return 0;
+    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
@@ -213,3 +234,5 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
+
+#endif

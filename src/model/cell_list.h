@@ -1,6 +1,14 @@
 /* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
    within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
    so that one huge triangle does not widen every search. */
+#ifndef SPRINGLS__MODEL_CELL_LIST_H
+#define SPRINGLS__MODEL_CELL_LIST_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "grid.h"
 
 /* Every particle's cell, its brick being made active if need be. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
@@ -81,3 +89,4 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
+#endif

@@ -1,4 +1,11 @@
 /* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+#ifndef SPRINGLS__MODEL_CONSTELLATION_H
+#define SPRINGLS__MODEL_CONSTELLATION_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
 
 /* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
@@ -33,22 +40,14 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (i = 0; i < count; i++) {
         if (!keep[i]) continue;
-        if (n != i) springls__springl_store(&ctx->model, n, springls__springl_load(&ctx->model, i));
+        if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
         n++;
     }
     ctx->model.set.count = n;
     return SPRINGLS_OK;
 }
 
-/* Attributes follow the springls (attributes.h): what may fail, before springls are split or removed; and what cannot, afterwards.
-   Springls have been filled in behind `known` ones: on failure they are taken away again. */
-SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits);
-SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known);
-SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx);
-SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
-SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
-
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
@@ -77,3 +76,5 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
     springls__constellation_moved(ctx);
     ctx->neighbors_age = -1;
 }
+
+#endif

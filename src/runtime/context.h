@@ -1,23 +1,9 @@
 /* internal.h - what a context holds. Lengths are voxels everywhere below the public interface. */
+#ifndef SPRINGLS__RUNTIME_CONTEXT_H
+#define SPRINGLS__RUNTIME_CONTEXT_H
 
-#include <float.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#ifndef SPRINGLS_ASSERT
-#include <assert.h>
-#define SPRINGLS_ASSERT(condition) assert(condition)
-#endif
-
-#if defined(__GNUC__)
-#define SPRINGLS__FN __attribute__((unused)) static
-#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
-#else
-#define SPRINGLS__FN static
-#define SPRINGLS__PRINTF(text, first)
-#endif
+#include "base.h"
+#include "../../kernels_embed/stages/advect.h"
 
 /* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
 typedef struct springls__buffer {
@@ -66,7 +52,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
     springls_policy split, fill, merge;
     springls__buffer values;
@@ -193,13 +179,4 @@ struct springls_context {
     char error[256];
 };
 
-SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
-    SPRINGLS__PRINTF(3, 4);
-SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...) SPRINGLS__PRINTF(3, 4);
-
-/* Returns the failure of an expression from the calling function. */
-#define SPRINGLS__TRY(expression)                                                       \
-    do {                                                                                \
-        springls_status springls__try_status = (expression);                            \
-        if (springls__try_status != SPRINGLS_OK) return springls__try_status;           \
-    } while (0)
+#endif

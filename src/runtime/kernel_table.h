@@ -1,8 +1,13 @@
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+#ifndef SPRINGLS__RUNTIME_KERNEL_TABLE_H
+#define SPRINGLS__RUNTIME_KERNEL_TABLE_H
+
+#include "../../kernels_embed/device/kernels.h"
+#include "context.h"
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -24,9 +29,17 @@ typedef struct springls__kernel_info {
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
     }
 
+#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        springls__##name##_elements(model, job, begin, end);                                                             \
+    }
+
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         float memory[floats];                                                                                            \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
     }
+
+#endif

@@ -1,15 +1,25 @@
 /* run.h - a kernel over all its elements, wherever the model lives. */
+#ifndef SPRINGLS__RUNTIME_LAUNCH_H
+#define SPRINGLS__RUNTIME_LAUNCH_H
+
+#include "errors.h"
+#include "kernel_table.h"
+#include "parallel.h"
+#include "residency.h"
 
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 #undef SPRINGLS__RANGE_OF
+#define SPRINGLS__SIMD_RANGE_OF(name, grain, writes) SPRINGLS__SIMD_RANGE(name)
+SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE_OF)
+#undef SPRINGLS__SIMD_RANGE_OF
 #define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
-    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
+    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
 #define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
@@ -113,3 +123,5 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     *total = (int)sum;
     return SPRINGLS_OK;
 }
+
+#endif

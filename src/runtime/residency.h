@@ -1,5 +1,11 @@
 /* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
    about to read and write, and only that is brought here, once. */
+#ifndef SPRINGLS__RUNTIME_RESIDENCY_H
+#define SPRINGLS__RUNTIME_RESIDENCY_H
+
+#include "arrays.h"
+#include "errors.h"
+#include "kernel_table.h"
 
 /* How many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
@@ -106,21 +112,6 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-SPRINGLS__FN void springls__clear_model(springls_context *ctx);
-
-/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
-SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
-{
-    bool lost = ctx->lost;
-    if (ctx->backend_status == SPRINGLS_OK) return status;
-    if (ctx->calls > 0) return lost ? ctx->backend_status : status;
-    if (lost || status == SPRINGLS_OK) status = ctx->backend_status;
-    ctx->backend_status = SPRINGLS_OK;
-    ctx->lost = false;
-    if (lost) springls__clear_model(ctx);
-    return status;
-}
-
 /* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
@@ -129,11 +120,5 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
         if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
-/* From now on they run here, on all of the model: for inputs and queries. */
-SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
-{
-    ctx->on_device = false;
-    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
-}
+
+#endif

@@ -1,5 +1,25 @@
 /* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
    between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
+#ifndef SPRINGLS__SOLVER_STEP_H
+#define SPRINGLS__SOLVER_STEP_H
+
+#include "../runtime/errors.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../runtime/stage_clock.h"
+#include "../model/constellation.h"
+#include "../model/host_access.h"
+#include "../stages/advect.h"
+#include "../stages/contract.h"
+#include "../stages/evolve.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/keep_edges.h"
+#include "../stages/project.h"
+#include "../stages/rebuild.h"
+#include "../stages/relax.h"
+#include "../stages/resample.h"
+#include "../stages/unsigned_to_signed.h"
+#include "../stages/volume_lock.h"
 
 /* ---- what the rows ask ---- */
 
@@ -37,7 +57,7 @@ SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.afresh; }
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
 
 /* After eq. 23; carrying phi along has projected it already. */
@@ -91,7 +111,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    ctx->step.afresh = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
@@ -100,7 +120,7 @@ SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.predict && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
     return SPRINGLS_OK;
 }
 
@@ -244,12 +264,6 @@ SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
     step->row++;
 }
 
-SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
-{
-    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
-    ctx->step.stage = -1;
-}
-
 /* Goes on with the stage at work. Its clock stands still while nobody does. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
@@ -261,14 +275,6 @@ SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const
     if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->seconds = springls__now(ctx) - started;
     else springls__entry_end(ctx, started);
     return status;
-}
-
-/* What is in progress is left as it is. */
-SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
-{
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
-    ctx->step.active = false;
-    memset(&ctx->work, 0, sizeof ctx->work);
 }
 
 /* Goes on with the step in progress for a while; NULL: to its end. */
@@ -345,7 +351,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
+        if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
 }
@@ -358,3 +364,5 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
     springls__finish_step(ctx);
     ctx->time = time;
 }
+
+#endif

@@ -1,4 +1,17 @@
 /* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+#ifndef SPRINGLS__STAGES_ADVECT_H
+#define SPRINGLS__STAGES_ADVECT_H
+
+#include "../../kernels_embed/stages/advect.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
 
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
@@ -336,19 +349,11 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__next_phase(ctx, 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
-    ctx->stats.moved = job->moved;
-    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = job->moved;
+    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
-{
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
@@ -366,20 +371,28 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+/* Writes the velocities at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_flow *flow, const float *points, float time, float *out)
 {
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
-    *speed = 0.0f;
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    return springls__max_speed(ctx, forces, time, speed);
+    float axis[3][SPRINGLS__LANES];
+    springls__vec3 u;
+    int lane, k;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), flow->grid_size, flow->period, time);
+    springls__vec_store(axis[0], u.x);
+    springls__vec_store(axis[1], u.y);
+    springls__vec_store(axis[2], u.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
 }
 
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    int i = springls__deformation_velocities(points, count, flow->grid_size, flow->period, time, out);
+    int i;
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__deformation_velocities(flow, points + 3 * i, time, out + 3 * i);
     for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
                                                         flow->grid_size, flow->period, time);
@@ -404,3 +417,5 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
         out[3 * i + 2] = u.z;
     }
 }
+
+#endif

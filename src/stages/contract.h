@@ -1,4 +1,14 @@
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
+#ifndef SPRINGLS__STAGES_CONTRACT_H
+#define SPRINGLS__STAGES_CONTRACT_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "inherit.h"
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
@@ -53,7 +63,4 @@ SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
     return springls__next_stage(ctx, springls__contract);
 }
 
-SPRINGLS_API springls_status springls_contract(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
-}
+#endif

@@ -1,4 +1,13 @@
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 23). */
+#ifndef SPRINGLS__STAGES_EVOLVE_H
+#define SPRINGLS__STAGES_EVOLVE_H
+
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "topology.h"
+#include "unsigned_distance.h"
 
 /* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
@@ -23,7 +32,4 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
-}
+#endif

@@ -1,4 +1,16 @@
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+#ifndef SPRINGLS__STAGES_FILL_GAPS_H
+#define SPRINGLS__STAGES_FILL_GAPS_H
+
+#include "../../kernels_embed/stages/fill_gaps.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../runtime/stage_clock.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "fill_from_springls.h"
+#include "inherit.h"
 
 /* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
@@ -67,7 +79,4 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
-}
+#endif

@@ -1,6 +1,18 @@
 /* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
+   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
    of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
+#ifndef SPRINGLS__STAGES_PROJECT_H
+#define SPRINGLS__STAGES_PROJECT_H
+
+#include "../../kernels_embed/stages/project.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "evolve.h"
+#include "rebuild.h"
 
 /* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
    when it is next asked for. */
@@ -18,7 +30,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
         springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
     ctx->omega_fresh = false;
 }
 
@@ -61,3 +73,5 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
+
+#endif

@@ -1,4 +1,13 @@
 /* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
+#ifndef SPRINGLS__STAGES_REBUILD_H
+#define SPRINGLS__STAGES_REBUILD_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/grid.h"
 
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
@@ -60,7 +69,4 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
-}
+#endif

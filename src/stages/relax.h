@@ -1,4 +1,12 @@
 /* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
+#ifndef SPRINGLS__STAGES_RELAX_H
+#define SPRINGLS__STAGES_RELAX_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/neighbors.h"
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
@@ -26,7 +34,4 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_relax(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
-}
+#endif

@@ -1,4 +1,12 @@
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+#ifndef SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
+#define SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
 
 /* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
@@ -28,9 +36,11 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture));
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
         springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
 }
+
+#endif

@@ -2,6 +2,18 @@
    the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
    is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
    and hollows that the background cannot reach are outside as well. */
+#ifndef SPRINGLS__STAGES_UNSIGNED_TO_SIGNED_H
+#define SPRINGLS__STAGES_UNSIGNED_TO_SIGNED_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "rebuild.h"
+#include "unsigned_distance.h"
 
 /* Bricks within the band of any springl; everything else is dropped first. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
@@ -195,7 +207,4 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
-}
+#endif

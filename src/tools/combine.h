@@ -1,6 +1,25 @@
 /* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
    those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
    tell it exactly (project, keep_edges). */
+#ifndef SPRINGLS__TOOLS_COMBINE_H
+#define SPRINGLS__TOOLS_COMBINE_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../runtime/resumable.h"
+#include "../model/attribute_rows.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/inherit.h"
+#include "../stages/keep_edges.h"
+#include "../stages/project.h"
+#include "../stages/rebuild.h"
+#include "../solver/step.h"
 
 /* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
 typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
@@ -194,14 +213,14 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
 SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                                const springls__side_rule *rule, bool turn)
 {
-    springls__springl_record record = springls__springl_load(&other->model, j);
+    springls__record record = springls__record_load(&other->model, j);
     uint32_t age = other->model.set.step - (record.birth >> 2);
     int n = ctx->model.set.count;
     record.s = springls__pull_to_surface(rule, record.s);
     if (turn) record.s = springls__turned_round(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
-    springls__springl_renew(&ctx->model, n, &record);
-    springls__springl_store(&ctx->model, n, record);
+    springls__record_renew(&ctx->model, n, &record);
+    springls__record_store(&ctx->model, n, record);
     springls__constellation_added(ctx, 1);
     springls__copy_other_values(ctx, n, other, j);
 }
@@ -324,3 +343,5 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_destroy(other);
     return status;
 }
+
+#endif

@@ -1,0 +1,58 @@
+/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct SPRINGLS__W(springl) {
+    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */
+    SPRINGLS__NUM3 p;                /* particle                                               */
+    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */
+    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
+} SPRINGLS__W(springl);
+
+/* Sets what follows from q and p. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
+{
+    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));
+    }
+    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);
+    return s;
+}
+
+/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
+{
+    float number[12][SPRINGLS__WIDTH];
+    SPRINGLS__W(springl) s;
+    int lane, k, m;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
+        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+    }
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    return s;
+}
+
+/* Writes them, with what follows from q and p. */
+SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
+{
+    float number[16][SPRINGLS__WIDTH];
+    int lane, k, m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
+        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
+        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
+        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+    }
+    SPRINGLS__W(store)(number[9], s.p.x);
+    SPRINGLS__W(store)(number[10], s.p.y);
+    SPRINGLS__W(store)(number[11], s.p.z);
+    SPRINGLS__W(store)(number[15], s.bounding_radius);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
+        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    }
+}

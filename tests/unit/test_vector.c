@@ -1,0 +1,171 @@
+/* test_vector.c - the scalar functions that state depends on, against libm in double precision. */
+#include "fixtures.h"
+
+/* exp has a relative error below 3e-7 on [-80, 80]. */
+TEST exp_is_accurate(void)
+{
+    double worst = 0.0;
+    int i;
+    for (i = 0; i <= 200000; i++) {
+        float x = -80.0f + 160.0f * (float)i / 200000.0f;
+        double exact = exp((double)x), e = fabs((double)springls__exp(x) - exact) / exact;
+        if (e > worst) worst = e;
+    }
+    ASSERT_IN_RANGE(0.0, worst, 3e-7);
+    ASSERT_EQ(1.0f, springls__exp(0.0f));
+    PASS();
+}
+
+/* Beyond [-80, 80] exp stays at its value there: finite, and not zero. */
+TEST exp_is_clamped(void)
+{
+    ASSERT_EQ(springls__exp(80.0f), springls__exp(1e30f));
+    ASSERT_EQ(springls__exp(-80.0f), springls__exp(-1e30f));
+    ASSERT(springls__exp(-1e30f) > 0.0f);
+    ASSERT(springls__exp(1e30f) < FLT_MAX);
+    PASS();
+}
+
+/* tanh is accurate to a few units in the last place, odd, never above 1, and never falls. */
+TEST tanh_is_accurate(void)
+{
+    double worst = 0.0;
+    float before = -2.0f;
+    int i;
+    for (i = -120000; i <= 120000; i++) {
+        float x = (float)i * 1e-4f, t = springls__tanh(x);
+        double exact = tanh((double)x), e = fabs((double)t - exact) / (fabs(exact) > 1e-30 ? fabs(exact) : 1.0);
+        if (e > worst) worst = e;
+        ASSERT_EQ(-t, springls__tanh(-x));
+        ASSERT(t >= -1.0f && t <= 1.0f);
+        ASSERT(t >= before - 1.2e-7f);
+        before = t;
+    }
+    ASSERT_IN_RANGE(0.0, worst, 6e-7);
+    ASSERT_EQ(1.0f, springls__tanh(1e30f));
+    ASSERT_EQ(-1.0f, springls__tanh(-1e30f));
+    PASS();
+}
+
+/* atanh is accurate within 0.999 of the poles, odd to rounding, and finite beyond. */
+TEST atanh_is_accurate(void)
+{
+    double worst = 0.0;
+    int i;
+    for (i = -9990; i <= 9990; i++) {
+        float x = (float)i * 1e-4f;
+        double e = fabs((double)springls__atanh(x) - atanh((double)x)) / (1.0 / (1.0 - (double)x * (double)x));
+        if (e > worst) worst = e; /* in units of the argument: a pole amplifies its rounding */
+    }
+    ASSERT_IN_RANGE(0.0, worst, 1e-6);
+    ASSERT_IN_RANGE(atanh(0.999), springls__atanh(5.0f), 1e-3);
+    ASSERT_IN_RANGE(-atanh(0.999), springls__atanh(-5.0f), 1e-3);
+    ASSERT_IN_RANGE(-(double)springls__atanh(0.7f), springls__atanh(-0.7f), 3e-7);
+    PASS();
+}
+
+/* sin(pi x) and cos(pi x) have an absolute error below 2e-7 for moderate x; larger x add the rounding of x itself. */
+TEST sinpi_and_cospi_are_accurate(void)
+{
+    double worst = 0.0, worst_far = 0.0;
+    int i;
+    for (i = -200000; i <= 200000; i++) {
+        float x = (float)i * 1e-5f;
+        double s = fabs((double)springls__sinpi(x) - sin(fixture_pi * (double)x));
+        double c = fabs((double)springls__cospi(x) - cos(fixture_pi * (double)x));
+        if (s > worst) worst = s;
+        if (c - fixture_pi * 1.2e-7 > worst) worst = c - fixture_pi * 1.2e-7; /* x + 1/2 rounds */
+    }
+    ASSERT_IN_RANGE(0.0, worst, 2e-7);
+    for (i = -1000; i <= 1000; i++) {
+        float x = (float)i + 0.25f;
+        double e = fabs((double)springls__sinpi(x) - sin(fixture_pi * (double)x));
+        if (e > worst_far) worst_far = e;
+    }
+    ASSERT_IN_RANGE(0.0, worst_far, 2e-7);
+    for (i = -5; i <= 5; i++) ASSERT_EQ(0.0f, springls__sinpi((float)i));
+    PASS();
+}
+
+/* atan2 has an absolute error below 5e-7 in all four quadrants, and is 0 at the origin. */
+TEST atan2_is_accurate(void)
+{
+    double worst = 0.0;
+    int i;
+    for (i = 0; i < 100000; i++) {
+        double angle = (i + 0.5) / 100000.0 * 2.0 * fixture_pi - fixture_pi, r = exp((double)(i % 37) - 18.0), e;
+        float y = (float)(r * sin(angle)), x = (float)(r * cos(angle));
+        e = fabs((double)springls__atan2(y, x) - atan2((double)y, (double)x));
+        if (e > worst) worst = e;
+    }
+    ASSERT_IN_RANGE(0.0, worst, 5e-7);
+    ASSERT_EQ(0.0f, springls__atan2(0.0f, 0.0f));
+    PASS();
+}
+
+/* A rotation keeps lengths and is the rotation of double precision. */
+TEST rotate_turns(void)
+{
+    int i;
+    fixture_seed(3);
+    for (i = 0; i < 5000; i++) {
+        springls__v3 v = fixture_point(-3.0f, 3.0f), w = springls__scale(fixture_direction(), fixture_between(0.0f, 3.1f)), r;
+        r = springls__rotate(v, springls__turn_by(w));
+        ASSERT_LT(d3_distance(d3_rotate(d3_of(v), d3_of(w)), d3_of(r)), 5e-6);
+    }
+    PASS();
+}
+
+/* The unit vector of a zero vector is zero, of any other has length 1, however small or large. */
+TEST normalize_has_no_hole(void)
+{
+    springls__v3 zero = springls__normalize(springls__v3_make(0.0f, 0.0f, 0.0f));
+    float scale;
+    ASSERT_EQ(0.0f, springls__length(zero));
+    for (scale = 1e-14f; scale < 1e18f; scale *= 10.0f)
+        ASSERT_IN_RANGE(1.0, springls__length(springls__normalize(springls__v3_make(scale, -2.0f * scale, 0.5f * scale))), 3e-7);
+    PASS();
+}
+
+/* Trilinear values are exact for a function linear along each axis. */
+TEST trilinear_is_exact(void)
+{
+    int i, c;
+    fixture_seed(5);
+    for (i = 0; i < 1000; i++) {
+        float k[8], corner[8];
+        float u = fixture_between(0.0f, 1.0f), v = fixture_between(0.0f, 1.0f), w = fixture_between(0.0f, 1.0f);
+        double x = (double)u, y = (double)v, z = (double)w, exact;
+        for (c = 0; c < 8; c++) k[c] = fixture_between(-1.0f, 1.0f);
+        for (c = 0; c < 8; c++) {
+            float a = (float)(c & 1), b = (float)(c >> 1 & 1), d = (float)(c >> 2);
+            corner[c] = k[0] + k[1] * a + k[2] * b + k[3] * d + k[4] * a * b + k[5] * b * d + k[6] * a * d + k[7] * a * b * d;
+        }
+        exact = (double)k[0] + (double)k[1] * x + (double)k[2] * y + (double)k[3] * z + (double)k[4] * x * y + (double)k[5] * y * z
+              + (double)k[6] * x * z + (double)k[7] * x * y * z;
+        ASSERT_IN_RANGE(exact, springls__trilinear(corner, u, v, w), 2e-6);
+    }
+    PASS();
+}
+
+SUITE(vector)
+{
+    RUN_TEST(exp_is_accurate);
+    RUN_TEST(exp_is_clamped);
+    RUN_TEST(tanh_is_accurate);
+    RUN_TEST(atanh_is_accurate);
+    RUN_TEST(sinpi_and_cospi_are_accurate);
+    RUN_TEST(atan2_is_accurate);
+    RUN_TEST(rotate_turns);
+    RUN_TEST(normalize_has_no_hole);
+    RUN_TEST(trilinear_is_exact);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(vector);
+    GREATEST_MAIN_END();
+}
