@@ -1,44 +1,46 @@
-/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same
-   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */
-#ifndef SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
-#define SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
+/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items
+   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans
+   over chunks, and numbers are sorted within each list. */
 
-#include "kernels.h"
+/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */
 
-#define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))
+SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }
 
-/* ---- chunks: job.i[1] elements each, of job.i[2] in all ---- */
-
-SPRINGLS__MATHS int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }
-SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }
-
-/* The array of numbers number `which`: scratches, then brick_list_first. */
-SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)
+SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->work.scratch[which] : model->cells.brick_list_first;
+    return springls__imin((i + 1) * chunk.size, chunk.count);
 }
 
-/* The array of bytes number `which`: scratches, then edge. */
-SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int which)
+/* Returns an array of numbers: a scratch array or brick_list_first. */
+SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int array)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->work.scratch[which] : model->set.edge;
+    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;
+    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
 }
 
-SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)
+/* Returns an array of bytes: a scratch array or edge. */
+SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)
 {
-    __global const uint *numbers = springls__numbers(model, job.i[0]);
+    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;
+    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
+}
+
+/* Writes the sum of chunk i to sums[i]. */
+SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)
+{
+    __global const uint *numbers = springls__numbers(model, args.chunk.array);
     uint sum = 0;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += numbers[k];
     model->work.sums[i] = sum;
 }
 
-/* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */
-SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__job job, int i)
+/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */
+SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     uint sum = 0, one;
     int k;
-    for (k = 0; k < job.i[3]; k++) {
+    for (k = 0; k < args.chunk.chunks; k++) {
         one = model->work.sums[k];
         model->work.sums[k] = sum;
         sum += one;
@@ -46,96 +48,54 @@ SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, s
     model->work.counts[i] = sum;
 }
 
-SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__job job, int i)
+/* Replaces each number of chunk i by the sum of those before it. */
+SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global uint *numbers = springls__numbers(model, job.i[0]);
+    __global uint *numbers = springls__numbers(model, args.chunk.array);
     uint sum = model->work.sums[i], one;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {
         one = numbers[k];
         numbers[k] = sum;
         sum += one;
     }
 }
 
-/* How many bytes are job.f[0]. */
-SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__job job, int i)
+/* Counts the bytes of chunk i that are args.chunk.value. */
+SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global const uchar *bytes = springls__bytes(model, job.i[0]);
+    __global const uchar *bytes = springls__bytes(model, args.chunk.array);
     uint sum = 0;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;
     model->work.sums[i] = sum;
 }
 
-SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)
+/* Finds the largest float of chunk i, at least 0. */
+SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global const float *values = (__global const float *)model->work.scratch[job.i[0]];
+    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);
     float largest = 0.0f;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);
     ((__global float *)model->work.sums)[i] = largest;
 }
 
-SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     float largest = 0.0f;
     int k;
-    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);
+    for (k = 0; k < args.chunk.chunks; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);
     ((__global float *)model->work.counts)[i] = largest;
 }
 
-SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->work.counts[i] = 0u;
 }
 
-/* ---- springls by cells (section 4.8) ---- */
-
-SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-}
-
-/* counts: of missing bricks, the largest reach, of large springls. */
-SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__job job, int i)
-{
-    uint key = model->cells.key[i];
-    (void)job;
-    if (key == SPRINGLS__MISSING_KEY) {
-        SPRINGLS__NEXT(model->work.counts);
-    } else if (key == SPRINGLS__LARGE_KEY) {
-        SPRINGLS__NEXT(model->work.counts + 2);
-    } else {
-        springls__count_in_cell(model, i);
-        atomic_max(SPRINGLS__ATOMIC(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */
-    }
-}
-
-/* Scans a brick's cells as if it began at 0; how many springls it has goes to SCRATCH0, whose scan tells where it begins. */
-SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    ((__global uint *)model->work.scratch[0])[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);
-}
-
-SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)
-{
-    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
-    int c;
-    (void)job;
-    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += ((__global const uint *)model->work.scratch[0])[i];
-}
-
-SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    springls__put_in_cell(model, i);
-}
-
-/* Ascending, by gaps that shrink. */
+/* Sorts numbers ascending, by gaps that shrink. */
 SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
 {
     uint gap = 1, i, k, id;
@@ -148,37 +108,81 @@ SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
         }
 }
 
-SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__job job, int i)
+/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */
+
+SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+}
+
+/* Counts springl i: in counts[0] when its brick is missing, in counts[2] when it is large, else in its cell; the largest bounding
+   radius goes to counts[1], for floats above 0 are ordered as their bits are. */
+SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint key = model->cells.key[i];
+    (void)args;
+    if (key == SPRINGLS__MISSING_KEY) {
+        SPRINGLS__NEXT(model->work.counts);
+    } else if (key == SPRINGLS__LARGE_KEY) {
+        SPRINGLS__NEXT(model->work.counts + 2);
+    } else {
+        springls__count_in_cell(model, i);
+        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));
+    }
+}
+
+/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */
+SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);
+}
+
+SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)
+{
+    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
+    int c;
+    (void)args;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];
+}
+
+SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__put_in_cell(model, i);
+}
+
+SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)
 {
     __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
     int c;
-    (void)job;
+    (void)args;
     for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
 }
 
-SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((__global uint *)model->work.scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
+    (void)args;
+    springls__large_number(model)[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->work.scratch[0])[i]] = (uint)i;
+    (void)args;
+    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[springls__large_number(model)[i]] = (uint)i;
 }
 
-/* ---- bricks: those flagged are to be active ---- */
+/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */
 
-/* job.i[0]: those that are stay so. */
-SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->work.brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
+    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
 SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)
 {
-    atomic_or(SPRINGLS__ATOMIC(model->work.brick_flag + brick), 1u);
+    atomic_or((volatile __global uint *)(model->work.brick_flag + brick), 1u);
 }
 
 /* Marks bricks around the one at `origin`. */
@@ -191,63 +195,63 @@ SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const i
 }
 
 /* Marks the brick that particle i has come to. */
-SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__arguments args, int i)
 {
     int origin[3];
-    (void)job;
+    (void)args;
     if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
     springls__origin_of_place(&model->grid, model->set.s[i].p, origin);
     springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));
 }
 
-SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)
 {
     int origin[3];
     uint mask = springls__bricks_to_cover(model, i, origin);
-    (void)job;
+    (void)args;
     springls__mark_around(model, origin, mask);
 }
 
-/* Marks the bricks that the band of active brick i reaches (SCRATCH0). */
-SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__job job, int i)
+/* Marks the bricks that the band of active brick i reaches. */
+SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__arguments args, int i)
 {
     int origin[3];
-    (void)job;
+    (void)args;
     springls__slot_origin(&model->grid, model->grid.active[i], origin);
-    springls__mark_around(model, origin, ((__global const uint *)model->work.scratch[0])[i]);
+    springls__mark_around(model, origin, springls__band_mask(model)[i]);
 }
 
 /* Marks the bricks within the band of springl i. */
-SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);
     int brick;
-    (void)job;
+    (void)args;
     while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);
 }
 
-/* Chunks of all bricks: sums of those that go, come, and are active then. */
-SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__job job, int i)
+/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */
+SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint gone = 0, come = 0, active = 0;
+    uint dropped = 0, added = 0, active = 0;
     int b;
-    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
+    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {
         int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0u;
-        gone += there && !wanted ? 1u : 0u;
-        come += wanted && !there ? 1u : 0u;
+        dropped += there && !wanted ? 1u : 0u;
+        added += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
     }
-    model->work.sums[3 * i] = gone;
-    model->work.sums[3 * i + 1] = come;
+    model->work.sums[3 * i] = dropped;
+    model->work.sums[3 * i + 1] = added;
     model->work.sums[3 * i + 2] = active;
 }
 
-/* One of the three (i): sums of the chunks before; of all to counts[i]. */
-SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)
+/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */
+SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     uint sum = 0, one;
     int k;
-    for (k = 0; k < job.i[3]; k++) {
+    for (k = 0; k < args.chunk.chunks; k++) {
         one = model->work.sums[3 * k + i];
         model->work.sums[3 * k + i] = sum;
         sum += one;
@@ -255,25 +259,24 @@ SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model,
     model->work.counts[i] = sum;
 }
 
-SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)
 {
     int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;
-    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
+    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {
         slot = model->grid.top[b];
-        if (slot < SPRINGLS__FIRST_SLOT || model->work.brick_flag[b]) continue;
-        springls__drop_brick(&model->grid, slot, place++);
+        if (slot >= SPRINGLS__FIRST_SLOT && !model->work.brick_flag[b]) springls__drop_brick(&model->grid, slot, place++);
     }
 }
 
-/* Gives new bricks their slots, of which job.i[0] are free now, and lists all active ones. */
-SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)
+/* Gives new bricks their slots and lists all that are active now. */
+SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;
-    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
+    for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {
         if (!model->work.brick_flag[b]) continue;
         if (g->top[b] < SPRINGLS__FIRST_SLOT) {
-            int slot = springls__slot_of_new(g, job.i[0], n);
+            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);
             model->work.new_slots[n++] = slot;
             springls__add_brick(g, b, slot);
         }
@@ -281,64 +284,61 @@ SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, 
     }
 }
 
-SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     springls__fill_new_brick(&model->grid, model->work.new_slots[i]);
 }
 
-/* ---- springls by bricks they come near: job.f[0] is the margin ---- */
+/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */
 
-SPRINGLS__MATHS __global uint *springls__brick_ranks(const springls__model *model) { return (__global uint *)model->work.scratch[0]; }
-
-SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    springls__brick_ranks(model)[model->grid.active[i]] = (uint)i;
+    (void)args;
+    springls__brick_rank(model)[model->grid.active[i]] = (uint)i;
 }
 
-SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->cells.brick_list_first[i] = 0u;
 }
 
-SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__count_in_brick_lists(model, springls__brick_ranks(model), job.f[0], i);
+    springls__count_in_brick_lists(model, args.brick_list.margin, i);
 }
 
-SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__put_in_brick_lists(model, springls__brick_ranks(model), job.f[0], i);
+    springls__put_in_brick_lists(model, args.brick_list.margin, i);
 }
 
-SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)
 {
     uint first = model->cells.brick_list_first[i];
-    (void)job;
+    (void)args;
     springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);
 }
 
-/* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */
+/* ---- springls that stay: springls__constellation_compact ---- */
 
-SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((__global uint *)model->work.scratch[0])[i] = ((__global const uchar *)model->work.scratch[1])[i] ? 1u : 0u;
+    (void)args;
+    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__job job, int i)
+/* Moves springls by way of a spare copy: where one goes another may not have left yet. */
+SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint place = ((__global const uint *)model->work.scratch[0])[i];
-    (void)job;
-    if (((__global const uchar *)model->work.scratch[1])[i]) model->work.spare[place] = springls__record_load(model, i);
+    (void)args;
+    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)
+        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);
 }
 
-SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     springls__record_store(model, i, model->work.spare[i]);
 }
-
-#endif

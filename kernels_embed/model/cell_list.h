@@ -89,14 +89,14 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
-SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const float reach_cap = 2.5f; /* twice that of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    (void)job;
+    (void)args;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
                         : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
 }
@@ -127,10 +127,11 @@ SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
 }
 
 /* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
-   the list of active brick r begins. rank: slot -> place in `active`. */
-SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, SPRINGLS__GLOBAL const uint32_t *rank, float margin, int i)
+   the list of active brick r begins. */
+SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
     springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
     int brick;
     while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
@@ -138,9 +139,10 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
 }
 
 /* Puts it into those lists; entry r + 1 moves on to where the list ends. */
-SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, SPRINGLS__GLOBAL const uint32_t *rank, float margin, int i)
+SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
     springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
     int brick;
     while ((brick = springls__brick_walk_next(g, &walk)) >= 0)

@@ -3,6 +3,8 @@
 #define SPRINGLS__KERNEL_MODEL_MODEL_H
 
 #include "../interface/parameters.h"
+#include "arguments.h"
+#include "scratch.h"
 #include "../language/triangle.h"
 
 #include "../language/width_float.h"
@@ -105,6 +107,12 @@ typedef struct springls__record {
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
 
+/* What is done with a springl, or with a seed of one. */
+#define SPRINGLS__REMOVE 0
+#define SPRINGLS__KEEP 1
+#define SPRINGLS__RESHAPE 2
+#define SPRINGLS__UNDECIDED 3
+
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
 #define SPRINGLS__BRICK 8
@@ -135,10 +143,8 @@ typedef struct springls__cell_list {
 struct springls__force_rule;
 typedef struct springls__force_arrays { SPRINGLS__FORCE_ARRAYS(SPRINGLS__ARRAY_MEMBER) } springls__force_arrays;
 
-#define SPRINGLS__SCRATCHES 8
-
 typedef struct springls__work_arrays {
-    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES];
+    SPRINGLS__GLOBAL void *scratch[8];
     SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
 } springls__work_arrays;
 
@@ -167,6 +173,14 @@ typedef struct springls__model {
     springls__group group;
     springls_params params;
 } springls__model;
+
+/* Makes the accessor of a role: its elements in working memory (scratch.h). */
+#define SPRINGLS__ROLE_ACCESSOR(role, type, number)                                                                              \
+    SPRINGLS__MATHS SPRINGLS__GLOBAL type *springls__##role(const springls__model *model)                                        \
+    {                                                                                                                            \
+        return (SPRINGLS__GLOBAL type *)model->work.scratch[number];                                                             \
+    }
+SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -237,17 +251,17 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
 }
 
 /* phi has been made to follow the springls. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* To SCRATCH7: how far a particle has come since then, squared. */
-SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL float *)model->work.scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
+    (void)args;
+    springls__synced_distance2(model)[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
 }
 
 /* Lists the numbers of a model that kernels are given besides its arrays: X(type, name, place in the model). */

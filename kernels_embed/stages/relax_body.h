@@ -163,5 +163,5 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
     for (m = 0; m < 3; m++)
         g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
     s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->work.scratch[1], first, s);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
 }

@@ -30,7 +30,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
@@ -39,7 +39,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
     uint32_t k;
-    (void)job;
+    (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all have read whether it is */
     if (!unknown) return;
@@ -64,17 +64,17 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
 }
 
 /* Voxel i of the two constant bricks: job.f, outside and inside. */
-SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
 }
 
 /* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
-SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
 {
     int slot = model->grid.active[i];
-    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    ((SPRINGLS__GLOBAL uint8_t *)model->work.scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 #endif

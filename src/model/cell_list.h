@@ -15,8 +15,9 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i, n = 0, *missing, origin[3];
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(int), (void **)&missing));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
+    missing = springls__missing_bricks(&ctx->model);
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
     for (i = 0; i < ctx->model.set.count; i++) {
         if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
@@ -25,7 +26,7 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     }
     if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -76,8 +77,8 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
-                                    (void **)&missing));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    missing = springls__missing_bricks(&ctx->model);
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
         int origin[3], at[3];
         uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);

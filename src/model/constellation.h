@@ -31,15 +31,15 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     return i;
 }
 
-/* Drops every springl whose byte in SCRATCH1 is 0; the others stay in order. */
+/* Drops the springls whose contract_action is REMOVE; the others stay in order. */
 SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
 {
-    const uint8_t *keep = (const uint8_t *)ctx->model.work.scratch[1];
+    const uint8_t *action = springls__contract_action(&ctx->model);
     int i, n = 0, count = ctx->model.set.count;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
     for (i = 0; i < count; i++) {
-        if (!keep[i]) continue;
+        if (action[i] == SPRINGLS__REMOVE) continue;
         if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
         n++;
     }
@@ -50,15 +50,15 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 /* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
 /* The longest way of any particle since then, voxels. In SCRATCH7. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
 {
-    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)ctx->model.set.count, sizeof(float), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, springls__no_job());
-    *way = springls__sqrt(springls__largest(ctx, 7, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 

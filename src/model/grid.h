@@ -21,10 +21,10 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 /* The constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
-    springls__job job = springls__no_job();
-    job.f[0] = outside;
-    job.f[1] = inside;
-    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
+    springls__arguments args;
+    args.omega_constant.outside = outside;
+    args.omega_constant.inside = inside;
+    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, &args);
 }
 
 /* Makes room for `slots` slots; keeps those that are there. */

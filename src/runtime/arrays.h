@@ -44,13 +44,11 @@ SPRINGLS__FN springls_status springls__grow_all(springls_context *ctx, uint64_t 
     return SPRINGLS_OK;
 }
 
-/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
-SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
-{
-    SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
-    if (out) *out = ctx->model.work.scratch[index];
-    return SPRINGLS_OK;
-}
+SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
+
+/* Makes room for count elements of a role of the working memory (scratch.h); they are undefined. */
+#define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
+    springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
 
 /* Two arrays of one element size change places, with their memory here and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)

@@ -17,29 +17,29 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
-    void (*range)(const springls__model *model, springls__job job, int begin, int end);
+    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
     int grain;
     uint64_t writes;
     bool brick; /* a work group does one */
 } springls__kernel_info;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
-        for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
     }
 
 #define SPRINGLS__SIMD_RANGE(name)                                                                                       \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
-        springls__##name##_elements(model, job, begin, end);                                                             \
+        springls__##name##_elements(model, args, begin, end);                                                             \
     }
 
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
         float memory[floats];                                                                                            \
-        for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
     }
 
 #endif

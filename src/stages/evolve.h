@@ -23,7 +23,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
         SPRINGLS__TRY(springls__omega_build(ctx));
         return springls__next_phase(ctx, 1);
     case 1:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, 2);
     default:
         springls__commit_phi(ctx, 1);

@@ -12,7 +12,7 @@
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
     for (; sweeps > 0; sweeps--) {
-        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         springls__swap_phi(ctx);
     }
 }
@@ -24,17 +24,21 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     uint32_t *reach;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
     ctx->cells_fresh = false; /* they live in the bricks */
     SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    reach = springls__band_mask(&ctx->model);
+    keep = springls__band_keeps(&ctx->model);
+    wanted = springls__band_bricks(&ctx->model);
+    rank = springls__band_rank(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
                                     SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
-                                        | SPRINGLS__BIT(SCRATCH3)));
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps) | SPRINGLS__ROLE_BIT(band_bricks)
+                                        | SPRINGLS__ROLE_BIT(band_rank)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -58,12 +62,12 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
     switch (ctx->work.phase) {
     case 0:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, 1);
     case 1:
         springls__swap_phi(ctx);
         if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, 1);
     default: return SPRINGLS_OK;
     }

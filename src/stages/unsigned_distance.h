@@ -13,19 +13,19 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
 {
     const springls__model *model = &ctx->model;
     const int bricks = model->grid.active_count;
-    uint32_t *rank, *first;
+    uint32_t *first;
     int i;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)model->grid.slot_count, sizeof *rank, (void **)&rank));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->brick_lists_build(ctx, margin));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__ROLE_BIT(brick_rank)));
     first = model->cells.brick_list_first;
     memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
-    for (i = 0; i < bricks; i++) rank[model->grid.active[i]] = (uint32_t)i;
-    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, rank, margin, i);
+    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
-    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, rank, margin, i);
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
     return SPRINGLS_OK;
 }
 
@@ -33,11 +33,13 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
-    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
+    springls__arguments args;
+    args.omega_forget.all = !ctx->omega_fresh;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
-        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;

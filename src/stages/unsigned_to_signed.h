@@ -24,7 +24,8 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     springls__constellation_changed(ctx);
     SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
@@ -33,32 +34,34 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
             wanted[brick] = 1;
         }
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
+    list = springls__brick_list(&ctx->model);
     for (i = count = 0; i < bricks; i++)
         if (wanted[i]) list[count++] = i;
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
+/* The background grows through bricks: the coarse levels of the paper, each to its end. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
     int step = 1, axis, lines;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, springls__brick_count(g), 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, springls__brick_count(g) * 3, 1, NULL)); /* more than there are lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* more than there are lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
     for (; step >= 1; step /= 2)
         do {
             for (axis = lines = 0; axis < 3; axis++) {
-                springls__job job = springls__job_of(axis);
-                job.i[1] = step;
-                job.i[2] = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), job);
+                args.grow_line.axis = axis;
+                args.grow_line.step = step;
+                args.grow_line.first_flag = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
                 lines += springls__lines_along(g, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), springls__no_job());
+        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
     return SPRINGLS_OK;
 }
 
@@ -66,12 +69,14 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
 {
     const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
     bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
+    args.grow.block = block;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
     for (; grew && iterations > 0; iterations--) {
-        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, springls__job_of(block));
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, bricks, 1) > 0;
+        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
@@ -80,7 +85,7 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
    thread's work. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
+    uint8_t *state;       /* of the bricks                                              */
     int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
@@ -160,15 +165,14 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
-    void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->resolve_regions(ctx));
     region.ctx = ctx;
-    region.state = (uint8_t *)ctx->model.work.scratch[2];
+    region.state = springls__brick_state(&ctx->model);
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
-    region.member = (int64_t *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
+    region.member = springls__region_members(&ctx->model);
     for (v = 0; v < voxels; v++) {
         int64_t first = springls__active_voxel(g, v);
         if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
@@ -197,11 +201,11 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
         return springls__next_phase(ctx, 4);
     case 4:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
         return springls__next_phase(ctx, 5);
     default:
         if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
         springls__mark_phi_synced(ctx);
         return springls__next_stage(ctx, springls__rebuild);
     }

@@ -66,12 +66,13 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Bricks active in either; the list is in SCRATCH2. */
+/* Makes the bricks active that are active in either. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
     const springls__grid *g = &ctx->model.grid;
     int i, count = 0, bricks = (int)springls__brick_count(g), *list;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    list = springls__brick_list(&ctx->model);
     for (i = 0; i < bricks; i++)
         if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
     return springls__grid_add_bricks(ctx, list, count);
@@ -172,12 +173,13 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 
 /* ---- springls ---- */
 
-/* Which of a model's springls stay, to its SCRATCH1; returns how many. */
+/* Finds which of a model's springls stay (its contract_action), and how many. */
 SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
     uint8_t *fate;
     int i;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
+    fate = springls__contract_action(&ctx->model);
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
         fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
         *staying += fate[i] == SPRINGLS__KEEP;
@@ -244,7 +246,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.work.scratch[1])[i] == SPRINGLS__KEEP)
+        if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
