@@ -12,11 +12,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
-        || array == SPRINGLS__ARRAY_NEIGHBORS)
-        used = (size_t)m->set.count;
-    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
-        used = (size_t)m->grid.slot_count;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
     return used < all ? used : all;
 }
 
@@ -30,8 +27,6 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     else buffer->device_stale = false;
     return SPRINGLS_OK;
 }
-
-#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
 /* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
    from where it was. A failure when not even that can be: the model is lost. */
@@ -71,10 +66,10 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
-        if (!((reads | writes) >> array & 1u)) continue;
+        if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
 }
@@ -91,7 +86,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (writes >> array & 1u) buffer->host_stale = true;
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
 }
@@ -119,16 +114,13 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-/* Working memory of stages: what it holds is of no use to whoever comes after them. */
-#define SPRINGLS__SCRATCH_BITS                                                                                                      \
-    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
-
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
+
 
 #endif
