@@ -78,6 +78,7 @@
      >>track                src/stages/track.h
      >>unsigned_to_signed   src/stages/unsigned_to_signed.h
      >>step                 src/solver/step.h
+     >>algorithm_tables     src/solver/algorithm_tables.h
      >>keep_edges           src/stages/keep_edges.h
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
@@ -1444,7 +1445,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 
 /* ======== >>base  (src/runtime/base.h) ========================================================================= */
-/* base.h - what every host part stands on: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
+/* base.h - the base of every host part: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
 
 #include <float.h>
 #include <stdarg.h>
@@ -3141,9 +3142,9 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
 }
 
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
-/* internal.h - what a context holds. Lengths are voxels everywhere below the public interface. */
+/* context.h - what a context holds. Lengths are in voxels everywhere below the public interface. */
 
-/* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
+/* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
 typedef struct springls__buffer {
     void *data;
     size_t bytes;
@@ -3164,15 +3165,15 @@ typedef enum springls__array {
    0, the parent of nodes first and first+1. Children follow their parents. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
-/* A node seen from afar: all its triangles as one directed area; weight is the area without direction. */
+/* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
 typedef struct springls__dipole { springls__v3 center; float radius2; springls__v3 area; float weight; } springls__dipole;
 
-/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, query.h). */
+/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, springl_surface.h). */
 typedef struct springls__surface {
     springls__v3 *points;   /* 3 a triangle, unwelded                                                           */
     int *order;             /* triangle of leaf position i                                                      */
     springls__bvh_node *nodes;
-    springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
+    springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
@@ -3181,7 +3182,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -3189,29 +3190,30 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
+   log it: springls__fall_back_to_host does. */
 struct springls_backend {
-    /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
+    /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
     void (*release)(springls_context *ctx, springls__buffer *buffer);
-    /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
+    /* Copies the first `bytes` of a buffer to the host, or to the device, and waits for that. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
-    /* Device memory of a buffer gets these bytes. */
+    /* Copies `data` to a buffer's device memory. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
-    springls_status (*finish)(springls_context *ctx); /* waits until everything asked for is done */
-    bool timed;                                       /* every stage ends with that            */
-    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
-    size_t user_bytes;
+    springls_status (*finish)(springls_context *ctx); /* waits until the device is idle     */
+    bool timed;                                       /* every stage ends with finish          */
+    springls_velocity_fn user_velocity; /* the callback that the device has program text of */
+    size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
-    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
-       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
+    /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
+       ctx->lost; other failures come from springls__fail. */
     springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
     springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
     springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cells_build)(springls_context *ctx);
     springls_status (*cells_cover_around)(springls_context *ctx);
-    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
+    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 has the neighbour mask of each brick */
     springls_status (*near_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
     springls_status (*settle_regions)(springls_context *ctx);
@@ -3219,14 +3221,14 @@ struct springls_backend {
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
-/* A run of a kernel here. */
+/* A run of a kernel on the host. */
 typedef struct springls__range_job {
     const springls_context *ctx;
     const struct springls__kernel_info *kernel;
     springls__job job;
 } springls__range_job;
 
-/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
     springls_task task;
     void *arg;
@@ -3257,14 +3259,14 @@ typedef struct springls__motion {
     float affine_weight;
     springls__movers *displacement;
     struct springls__block_motion *blocks;
-    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     int moving;
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
 
-/* An entry of an algorithm (step.h). */
+/* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {
     springls__entry_kind kind;
     int stage;              /* whose clock runs, or -1: none                                                    */
@@ -3274,7 +3276,7 @@ typedef struct springls__step_entry {
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *next;
+    const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
     double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
@@ -3290,27 +3292,27 @@ typedef struct springls__stepping {
 } springls__stepping;
 
 struct springls_context {
-    springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
+    springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
     float smallest_spacing, largest_spacing;
     springls__model model;
-    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
+    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
-    springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
-    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
-    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
-    springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
-    int locked_count;       /* 0: not known yet                                                                 */
-    int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
+    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
+    int locked_count;       /* 0: not measured yet                                                              */
+    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* why it has been left, until the call at work has told                    */
-    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
-    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
-    bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
-    int calls;              /* stages and steps at work, one inside the other                                    */
+    springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
+    bool lost;              /* the model could not be copied from the device: all work stops until the report    */
+    springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
+    bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
@@ -3329,6 +3331,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
     SPRINGLS__PRINTF(3, 4);
 
+/* Sends a line to the caller's log. level: 1 error, 2 warning, 3 information. */
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
 {
     char message[256];
@@ -3340,6 +3343,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     ctx->desc.logger.log(ctx->desc.logger.user, level, message);
 }
 
+/* Stores and logs the reason of a failure; returns its status. */
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
 {
     va_list args;
@@ -3350,7 +3354,7 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     return status;
 }
 
-/* Tells how far a long call has come; true when the caller wants it to end. */
+/* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
     return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
@@ -3372,6 +3376,7 @@ SPRINGLS__FN void springls__free(void *memory, size_t size, void *user)
     free(memory);
 }
 
+/* Returns memory from the context's allocator, or NULL. */
 SPRINGLS__FN void *springls__allocate(springls_context *ctx, size_t size)
 {
     void *memory = ctx->desc.allocator.alloc(size, ctx->desc.allocator.user);
@@ -3386,7 +3391,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements; keeps the first `keep` bytes. Grows by half again so that repeated growth is cheap. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
+   growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {
@@ -3415,7 +3421,7 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* ======== >>arrays  (src/runtime/arrays.h) ===================================================================== */
 /* arrays.h - room for the arrays of the model and for the working memory of stages. */
 
-/* The model's pointers, after memory has moved. */
+/* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
 #define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
@@ -3423,6 +3429,7 @@ SPRINGLS__FN void springls__bind(springls_context *ctx)
 #undef SPRINGLS__BIND
 }
 
+/* Returns the bytes of an element: of a brick's 512 values where an array has those. */
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
 #define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
@@ -3431,8 +3438,8 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
-   next used there (springls__to_device). */
+/* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
+   a kernel next uses it (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -3446,7 +3453,7 @@ SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__arr
     return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
-/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
+/* Makes room for count elements in working memory `index` of the running stage, in *out if not NULL; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
     SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
@@ -3454,7 +3461,7 @@ SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index,
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one element size change places, with their memory here and on the device. */
+/* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];
@@ -7087,7 +7094,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
-/* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
 #define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
@@ -7131,10 +7138,11 @@ typedef struct springls__kernel_info {
     }
 
 /* ======== >>residency  (src/runtime/residency.h) =============================================================== */
-/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
-   about to read and write, and only that is brought here, once. */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
 
-/* How many elements of an array are in use. */
+/* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
     const springls__model *m = &ctx->model;
@@ -7147,7 +7155,7 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
     return used < all ? used : all;
 }
 
-/* Brings an array to the host or to the device. */
+/* Copies an array to the host or to the device. */
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -7160,8 +7168,8 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 
 #define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
-/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
-   from where it was. A failure when not even that can be: the model is lost. */
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
@@ -7180,8 +7188,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
-   False when *status is the result: of the device, or the failure to bring the model to the host. */
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
 SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
 {
     if (*status != SPRINGLS_DEVICE_FAILED) return false;
@@ -7190,7 +7198,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
     return *status == SPRINGLS_OK;
 }
 
-/* To be called before host code reads arrays of the model, or writes some of their elements. */
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -7206,7 +7214,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     return SPRINGLS_OK;
 }
 
-/* What a kernel may touch is on the device; what it writes is only there. */
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -7223,7 +7231,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     return SPRINGLS_OK;
 }
 
-/* The first bytes of an array, to be read here and then forgotten. */
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
@@ -7232,10 +7240,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* From now on kernels run on the device, where there is one: for stages. */
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Whatever the device has is of no use any more. */
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
@@ -7246,11 +7254,12 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-/* Working memory of stages: what it holds is of no use to whoever comes after them. */
+/* The working memory of stages: no stage uses what another has left in it. */
 #define SPRINGLS__SCRATCH_BITS                                                                                                      \
     ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
      SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
 
+/* Makes working memory current on both sides without a copy. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
@@ -7261,8 +7270,8 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
-/* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own
-   indices own, so results cannot depend on the number of workers. */
+/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
+   A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
 SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     if (count <= 0) return;
@@ -7286,7 +7295,7 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
-/* run.h - a kernel over all its elements, wherever the model lives. */
+/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
@@ -7313,13 +7322,14 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
     run->kernel->range(&run->ctx->model, run->job, begin, end);
 }
 
+/* Starts a kernel on the device; fails when that cannot. */
 SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* Has the device done it? What it cannot do is done here. */
+/* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
 SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     if (!ctx->on_device) return false;
@@ -7328,6 +7338,7 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
     return false;
 }
 
+/* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
@@ -7349,7 +7360,7 @@ SPRINGLS__FN springls__job springls__job_of(int i)
 
 SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); }
 
-/* How many of the first `count` bytes of an array are `value`. */
+/* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
     const uint8_t *flags;
@@ -7364,7 +7375,7 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* The largest of the first `count` floats of a scratch, 0 or more. */
+/* Returns the largest of the first `count` floats of a scratch, at least 0. */
 SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
 {
     const float *values;
@@ -7380,7 +7391,8 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     return largest;
 }
 
-/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
+/* Replaces each of the first `count` numbers of a scratch by the sum of those before it; *total: the sum of all. Fails when that
+   exceeds an int. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
 {
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
@@ -7402,13 +7414,14 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
-/* stage.h - the begin and end of every stage: time and trace hooks. */
+/* stage_clock.h - begins and ends every stage: its clock and the caller's trace. */
 
 #if defined(_OPENMP)
 #include <omp.h>
 #endif
 #include <time.h>
 
+/* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
     if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
@@ -7419,6 +7432,7 @@ SPRINGLS__FN double springls__now(const springls_context *ctx)
 #endif
 }
 
+/* Returns when the stage has begun, for springls__stage_end. */
 SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
 {
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
@@ -7442,20 +7456,20 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 }
 
 /* ======== >>resumable  (src/runtime/resumable.h) =============================================================== */
-/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
-   ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
-   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
-   ctx->work. A stage that knows no parts is one. */
+/* resumable.h - stages that can be left between two phases and resumed later.
+   A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
+   SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
+   ctx->work holds what one phase leaves for the next. A stage that does not look at the phase has one. */
 
-/* For the end of a part: another one follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
+/* Ends a phase: `phase` of the same stage follows. */
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
 {
-    ctx->work.phase = part;
+    ctx->work.phase = phase;
     ctx->work.pending = true;
     return SPRINGLS_OK;
 }
 
-/* ... all of another stage follows. */
+/* Ends the last phase of a stage: all phases of another stage follow. */
 SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
 {
     ctx->work.stage = stage;
@@ -7465,7 +7479,7 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* The loop that a part ends with. */
+/* Makes a task over [0, count) the loop that the phase ends with. */
 SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7477,7 +7491,7 @@ SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
+/* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
 SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
@@ -7496,6 +7510,7 @@ SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
     loop->task(loop->arg, loop->next + begin, loop->next + end);
 }
 
+/* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7504,10 +7519,10 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
     loop->next = loop->count;
 }
 
-/* Ranges of a smallest piece: some for each of a few threads. */
+/* Grains in the smallest piece: a few, so that a few threads share it. */
 enum { SPRINGLS__PIECE_GRAINS = 4 };
 
-/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+/* Runs as much of the loop as takes half of the time until `until`, at the pace of the piece before. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7520,7 +7535,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 
-/* Would the next piece take longer than there is? */
+/* Returns true when the smallest next piece would end after `until`. */
 SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
 {
     const springls__pieces *loop = &ctx->work.loop;
@@ -7528,7 +7543,7 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
     return !(springls__now(ctx) + next < until);
 }
 
-/* ---- stages in parts ---- */
+/* ---- phases ---- */
 
 SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
 {
@@ -7544,7 +7559,7 @@ SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
     return ctx->work.stage(ctx);
 }
 
-/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
     while (!springls__phases_done(ctx)) {
@@ -7557,7 +7572,7 @@ SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const doubl
     return SPRINGLS_OK;
 }
 
-/* All of a stage, which may be inside a part of another. */
+/* Runs all of a stage, also from inside a phase of another one. */
 SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
 {
     const springls__work outer = ctx->work;
@@ -7570,13 +7585,14 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
 
 /* ---- the step in progress ---- */
 
+/* Stops the clock of the step's stage at work. */
 SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
     if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
     ctx->step.stage = -1;
 }
 
-/* What is in progress is left as it is. */
+/* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
     if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
@@ -8447,9 +8463,9 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 }
 
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
-/* host_access.h - what calls that run on the host begin and end with. */
+/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, and an empty model. */
 
-/* Empty model, empty grid. */
+/* Empties the model and its grid; keeps memory and parameters. Abandons a step in progress. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     springls__abandon_step(ctx);
@@ -8465,14 +8481,15 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     springls__constellation_changed(ctx);
 }
 
-/* On failure the model is left empty. */
+/* Empties the model if `status` is a failure; returns it. */
 SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, springls_status status)
 {
     if (status != SPRINGLS_OK) springls__clear_model(ctx);
     return status;
 }
 
-/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
+/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the model
+   if that was lost. */
 SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
@@ -8485,16 +8502,16 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* From now on they run here, on all of the model: for inputs and queries. */
+/* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
     return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
                                                  writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
 }
 
-/* Brings what is about to be read; it changes nothing that anybody can see. */
+/* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
 SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;
@@ -10969,18 +10986,17 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return springls__lock_components(ctx, &parts, &kinship);
 }
 
-/* ======== >>step  (src/solver/step.h) ========================================================================== */
-/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
-   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
+/* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
 
-/* ---- what the rows ask ---- */
+/* ---- conditions of entries ---- */
 
 SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
 {
     return iteration % ctx->model.params.resample_period == 0;
 }
 
-/* Volumes are to be locked, and nobody knows them yet. */
+/* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
     return ctx->model.params.volume_lock && ctx->locked_count == 0;
@@ -10988,54 +11004,71 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
-/* contract will ask for phi as it was before the springls moved. */
+/* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
     return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
+
 SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
 {
     return ctx->step.resamples && !ctx->model.params.resample_last;
 }
+
 SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 {
     return ctx->step.resamples && ctx->model.params.resample_last;
 }
+
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls; }
+
+SPRINGLS__FN bool springls__carries(const springls_context *ctx)
+{
+    return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls;
+}
+
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
-/* After eq. 23; carrying phi along has projected it already. */
+/* Returns true when phi is to be projected after eq. 23. Carrying phi along projects it too, unless eq. 23 follows. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
 {
     return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
 }
 
-/* ---- what is done between stages ---- */
+/* ---- between stages ---- */
 
 enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 
-/* The rest of a step is cut into parts as equal as the force allows. */
+/* Returns in *dt the length of the next sub-step: the time that is left, cut into parts as equal as the force permits. Fails
+   when the step needs too many sub-steps, or one so short that the time does not change. */
+SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, float *dt)
+{
+    springls__stepping *step = &ctx->step;
+    *dt = step->longest_substep;
+    if (step->time_left <= 0.0f) return SPRINGLS_OK;
+    *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
+    if (ctx->time + (double)*dt == ctx->time)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+    if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                              SPRINGLS__MAX_SUBSTEPS);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    float dt = step->longest_substep;
-    if (step->time_left > 0.0f) {
-        dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
-        if (ctx->time + (double)dt == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
-                                  (double)dt);
-        if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
-                                  SPRINGLS__MAX_SUBSTEPS);
-    }
+    float dt;
+    SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
@@ -11046,7 +11079,7 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Springls have moved. */
+/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
@@ -11058,21 +11091,23 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Springls may have come too far for phi to be carried along. */
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float way;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
+    float displacement;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
-/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
+/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
+   closes the gaps between them. */
 SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
+        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
@@ -11082,10 +11117,54 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
+/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
 
-/* ---- the algorithms ---- */
+/* Decides whether the step is cut into sub-steps, and how long the first one may be. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->time_left = 0.0f;
+    step->longest_substep = desc->dt;
+    step->next = step->algorithm;
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MAX_SUBSTEPS);
+    step->time_left = desc->dt;
+    step->end_time = ctx->time + (double)desc->dt;
+    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
 
+/* ---- the tables ---- */
+
+/* Entries: DO has no clock, STAGE has that of its stage; _IF: only where the condition is true. */
 #define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
 #define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
 #define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
@@ -11099,7 +11178,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
-/* The level set follows the springls. */
+/* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
     SPRINGLS__DO(springls__follow_begin),                                                    \
     SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
@@ -11113,6 +11192,8 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
     SPRINGLS__DO(springls__substep_end)
+
+static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
 
 static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
@@ -11150,60 +11231,6 @@ static const springls__step_entry springls__advect_only[] = {
     SPRINGLS__DO(springls__substep_end)
 };
 
-SPRINGLS__FN void springls__first_entry(springls_context *ctx)
-{
-    ctx->step.next = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
-                    : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
-                                                              : springls__advect_only;
-}
-
-/* Is there another sub-step? The next one is as long as the last one permitted. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        springls__first_entry(ctx);
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
-/* How the step is cut into sub-steps: left is 0 where it is not. */
-SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    const springls_step_desc *desc = &step->desc;
-    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->time_left = 0.0f;
-    step->longest_substep = desc->dt;
-    springls__first_entry(ctx);
-    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
-    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
-        return SPRINGLS_OK;
-    }
-    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
-                              SPRINGLS__MAX_SUBSTEPS);
-    step->time_left = desc->dt;
-    step->end_time = ctx->time + (double)desc->dt;
-    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
-    return SPRINGLS_OK;
-}
-
-static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
-
 #undef SPRINGLS__DO
 #undef SPRINGLS__DO_IF
 #undef SPRINGLS__STAGE
@@ -11215,9 +11242,12 @@ static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__pl
 #undef SPRINGLS__FOLLOW
 #undef SPRINGLS__END_SUBSTEP
 
-/* ---- from entry to entry ---- */
+SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
+{
+    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+}
 
-/* The entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
+/* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
 SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
 {
     for (;; entry++) {
@@ -11228,6 +11258,10 @@ SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_cont
         if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
     }
 }
+
+/* ======== >>step  (src/solver/step.h) ========================================================================== */
+/* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
+   any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
 
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
@@ -11240,7 +11274,7 @@ SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
     springls__begin_phases(ctx, entry->run);
 }
 
-/* Goes on with the stage at work. Its clock stands still while nobody does. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count as its. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
@@ -11253,7 +11287,7 @@ SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const
     return status;
 }
 
-/* Goes on with the step in progress for a while; NULL: to its end. */
+/* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
     springls_status status = SPRINGLS_OK;
@@ -11269,6 +11303,7 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return springls__report_device_failure(ctx, status);
 }
 
+/* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -11288,6 +11323,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
+    ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
     ctx->step.active = true;
@@ -11319,7 +11355,7 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
 {
-    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
+    const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
@@ -11342,9 +11378,9 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 }
 
 /* ======== >>stage_calls  (src/solver/stage_calls.h) ============================================================ */
-/* stage_calls.h - the public calls of single stages. A step in progress is finished first. */
+/* stage_calls.h - the public calls of single stages. Each ends a step in progress first. */
 
-/* Runs one stage under its clock: the body of every public stage call. */
+/* Runs one stage under its clock. */
 SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
 {
     springls_status status;
@@ -14962,7 +14998,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 693 \"springls.h\"\n",
+    "#line 694 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -15059,7 +15095,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1476 \"springls.h\"\n",
+    "#line 1477 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -15132,7 +15168,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1550 \"springls.h\"\n",
+    "#line 1551 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
@@ -15148,7 +15184,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1567 \"springls.h\"\n",
+    "#line 1568 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15163,7 +15199,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1583 \"springls.h\"\n",
+    "#line 1584 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15287,7 +15323,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1707 \"springls.h\"\n",
+    "#line 1708 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -15313,7 +15349,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1734 \"springls.h\"\n",
+    "#line 1735 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -15460,7 +15496,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 1882 \"springls.h\"\n",
+    "#line 1883 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15475,7 +15511,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 1897 \"springls.h\"\n",
+    "#line 1898 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15599,13 +15635,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2021 \"springls.h\"\n",
+    "#line 2022 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2028 \"springls.h\"\n",
+    "#line 2029 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15617,7 +15653,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2040 \"springls.h\"\n",
+    "#line 2041 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15632,7 +15668,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2056 \"springls.h\"\n",
+    "#line 2057 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15676,7 +15712,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2100 \"springls.h\"\n",
+    "#line 2101 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15691,7 +15727,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2115 \"springls.h\"\n",
+    "#line 2116 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15735,7 +15771,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2159 \"springls.h\"\n",
+    "#line 2160 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -15807,7 +15843,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2231 \"springls.h\"\n",
+    "#line 2232 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15822,7 +15858,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2247 \"springls.h\"\n",
+    "#line 2248 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15881,7 +15917,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2306 \"springls.h\"\n",
+    "#line 2307 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15896,7 +15932,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2321 \"springls.h\"\n",
+    "#line 2322 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15955,7 +15991,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2381 \"springls.h\"\n",
+    "#line 2382 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
@@ -16198,7 +16234,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 2625 \"springls.h\"\n",
+    "#line 2626 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -16462,7 +16498,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2889 \"springls.h\"\n",
+    "#line 2890 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16477,7 +16513,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2905 \"springls.h\"\n",
+    "#line 2906 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16489,7 +16525,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2917 \"springls.h\"\n",
+    "#line 2918 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16504,7 +16540,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2932 \"springls.h\"\n",
+    "#line 2933 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16516,7 +16552,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2945 \"springls.h\"\n",
+    "#line 2946 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
@@ -16714,7 +16750,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3467 \"springls.h\"\n",
+    "#line 3474 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16824,7 +16860,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 3578 \"springls.h\"\n",
+    "#line 3585 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16904,7 +16940,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 3659 \"springls.h\"\n",
+    "#line 3666 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17078,7 +17114,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3834 \"springls.h\"\n",
+    "#line 3841 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17151,7 +17187,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3908 \"springls.h\"\n",
+    "#line 3915 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -17177,7 +17213,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3935 \"springls.h\"\n",
+    "#line 3942 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -17246,7 +17282,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4005 \"springls.h\"\n",
+    "#line 4012 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -17368,7 +17404,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4128 \"springls.h\"\n",
+    "#line 4135 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -17421,7 +17457,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4182 \"springls.h\"\n",
+    "#line 4189 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -17437,7 +17473,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4198 \"springls.h\"\n",
+    "#line 4205 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17452,7 +17488,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4214 \"springls.h\"\n",
+    "#line 4221 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17463,7 +17499,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4225 \"springls.h\"\n",
+    "#line 4232 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17478,7 +17514,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4240 \"springls.h\"\n",
+    "#line 4247 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17489,7 +17525,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4251 \"springls.h\"\n",
+    "#line 4258 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -17588,7 +17624,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4351 \"springls.h\"\n",
+    "#line 4358 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17998,7 +18034,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4762 \"springls.h\"\n",
+    "#line 4769 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18096,7 +18132,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4861 \"springls.h\"\n",
+    "#line 4868 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18225,7 +18261,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4991 \"springls.h\"\n",
+    "#line 4998 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18412,7 +18448,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5179 \"springls.h\"\n",
+    "#line 5186 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18509,7 +18545,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5277 \"springls.h\"\n",
+    "#line 5284 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18874,7 +18910,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5643 \"springls.h\"\n",
+    "#line 5650 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -19023,7 +19059,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 5793 \"springls.h\"\n",
+    "#line 5800 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -19051,7 +19087,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 5821 \"springls.h\"\n",
+    "#line 5828 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19066,7 +19102,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5837 \"springls.h\"\n",
+    "#line 5844 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19234,7 +19270,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 6005 \"springls.h\"\n",
+    "#line 6012 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19249,7 +19285,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6020 \"springls.h\"\n",
+    "#line 6027 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19417,7 +19453,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 6188 \"springls.h\"\n",
+    "#line 6195 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
@@ -19453,7 +19489,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6225 \"springls.h\"\n",
+    "#line 6232 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -19559,7 +19595,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6332 \"springls.h\"\n",
+    "#line 6339 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -19654,7 +19690,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6428 \"springls.h\"\n",
+    "#line 6435 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
@@ -19747,7 +19783,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6522 \"springls.h\"\n",
+    "#line 6529 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -19968,7 +20004,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 6744 \"springls.h\"\n",
+    "#line 6751 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -20234,7 +20270,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 7011 \"springls.h\"\n",
+    "#line 7018 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -20312,7 +20348,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20316 \"springls.h\"\n",
+    "#line 20352 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",

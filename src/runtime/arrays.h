@@ -4,7 +4,7 @@
 
 #include "memory.h"
 
-/* The model's pointers, after memory has moved. */
+/* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
 #define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
@@ -12,6 +12,7 @@ SPRINGLS__FN void springls__bind(springls_context *ctx)
 #undef SPRINGLS__BIND
 }
 
+/* Returns the bytes of an element: of a brick's 512 values where an array has those. */
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
 #define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
@@ -20,8 +21,8 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
-   next used there (springls__to_device). */
+/* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
+   a kernel next uses it (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -35,7 +36,7 @@ SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__arr
     return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
-/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
+/* Makes room for count elements in working memory `index` of the running stage, in *out if not NULL; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
     SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
@@ -43,7 +44,7 @@ SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index,
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one element size change places, with their memory here and on the device. */
+/* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];

@@ -1,4 +1,4 @@
-/* run.h - a kernel over all its elements, wherever the model lives. */
+/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 
@@ -32,13 +32,14 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
     run->kernel->range(&run->ctx->model, run->job, begin, end);
 }
 
+/* Starts a kernel on the device; fails when that cannot. */
 SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* Has the device done it? What it cannot do is done here. */
+/* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
 SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     if (!ctx->on_device) return false;
@@ -47,6 +48,7 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
     return false;
 }
 
+/* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
@@ -68,7 +70,7 @@ SPRINGLS__FN springls__job springls__job_of(int i)
 
 SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); }
 
-/* How many of the first `count` bytes of an array are `value`. */
+/* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
     const uint8_t *flags;
@@ -83,7 +85,7 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* The largest of the first `count` floats of a scratch, 0 or more. */
+/* Returns the largest of the first `count` floats of a scratch, at least 0. */
 SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
 {
     const float *values;
@@ -99,7 +101,8 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     return largest;
 }
 
-/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
+/* Replaces each of the first `count` numbers of a scratch by the sum of those before it; *total: the sum of all. Fails when that
+   exceeds an int. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
 {
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
