@@ -64,6 +64,7 @@
      >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_rows       src/model/attribute_rows.h
+     >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
      >>evolve               src/stages/evolve.h
@@ -88,11 +89,13 @@
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
+     >>winding_number       src/model/winding_number.h
      >>set_level_set        src/input/set_level_set.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>material             src/output/material.h
      >>query                src/output/query.h
+     >>ray                  src/model/ray.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -7601,14 +7604,13 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 }
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
-/* bvh.h - a bounding volume hierarchy over triangles: closest point, nearest ray hit, generalised winding number.
-   Built by median splits along the longest axis of the triangles' centroids, ties broken by index: the tree depends on the
-   triangles alone, and it is never deeper than log2(count). All queries are iterative and answer the same whatever was
-   known before. Scratch buffer 7 is the builder's. */
+/* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). The builder works in
+   scratch buffer 7. */
 
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64, SPRINGLS__BVH_SCRATCH = 7 };
 
-/* triangle is -1 when nothing was found. t is the parameter along the ray, for ray queries only. */
+/* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
@@ -7632,7 +7634,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
-/* No triangles: keeps memory. */
+/* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
     surface->count = surface->given = surface->node_count = 0;
@@ -7640,6 +7642,7 @@ SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
     surface->source = NULL;
 }
 
+/* Returns whether item a comes before b along an axis. */
 SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
@@ -7669,7 +7672,7 @@ SPRINGLS__FN void springls__bvh_select(springls__bvh_item *items, int low, int h
     }
 }
 
-/* The axis along which the centroids of items [first, first+count) spread most. */
+/* Returns the axis along which the centroids of items [first, first+count) spread most. */
 SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, int count)
 {
     float lower[3], upper[3];
@@ -7685,6 +7688,7 @@ SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, 
     return axis;
 }
 
+/* Makes the nodes: splits in halves down to leaves of at most four triangles. */
 SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items)
 {
     int stack[SPRINGLS__BVH_STACK], top = 0;
@@ -7709,6 +7713,7 @@ SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_
     }
 }
 
+/* Computes the bounds of all nodes, children before their parents. */
 SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 {
     int n, i, k;
@@ -7737,7 +7742,7 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
-/* Memory for n triangles; the first `keep` and their nodes stay. */
+/* Makes room for n triangles; keeps the first `keep` and their nodes. */
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
@@ -7760,6 +7765,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     return springls__surface_room(ctx, surface, n, 0);
 }
 
+/* Builds the hierarchy of the first `count` triangles in surface->points. */
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
 {
     springls__bvh_item *items;
@@ -7782,7 +7788,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* The triangles of springls, which must be finite. */
+/* Makes a surface of the triangles of springls, which must be finite. */
 SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, springls__surface *surface,
                                                      const springls__springl *s, int count)
 {
@@ -7793,342 +7799,9 @@ SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, spri
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* ---- closest point ---- */
-
-SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
-{
-    float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
-    float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
-    float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
-    return dx * dx + dy * dy + dz * dz;
-}
-
-/* To the bounds of one triangle. */
-SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
-{
-    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
-                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
-    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
-                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
-    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
-                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
-    return dx * dx + dy * dy + dz * dz;
-}
-
 SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 {
     return springls__max(springls__max(springls__fabs(x.x), springls__fabs(x.y)), springls__fabs(x.z));
-}
-
-/* The triangle closest to x, the lowest index among equals, if it is not further than max_distance. `guess` is a triangle
-   that is probably close, or -1: it saves time and cannot change the answer, because boxes are only left out when they are
-   further than the best so far by more than all rounding errors. */
-SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls__surface *surface, springls__v3 x,
-                                                                  float max_distance, int guess)
-{
-    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
-    springls__surface_hit best;
-    float slack = 4e-6f * (surface->magnitude + springls__max_coordinate(x)), limit2;
-    int top = 0, i;
-    memset(&best, 0, sizeof best);
-    best.triangle = -1;
-    best.hit.d2 = max_distance < 1e18f ? max_distance * max_distance : FLT_MAX;
-    limit2 = max_distance < 1e18f ? (max_distance + slack) * (max_distance + slack) : FLT_MAX;
-    if (!surface->count) return best;
-    if (guess >= 0) {
-        springls__tri_hit h = springls__tri_closest(springls__surface_triangle(surface, guess), x);
-        if (h.d2 <= best.hit.d2) {
-            float d = springls__sqrt(h.d2) + slack;
-            best.triangle = guess;
-            best.hit = h;
-            limit2 = d * d;
-        }
-    }
-    stack[top].d2 = springls__bvh_box_distance2(&surface->nodes[0], x);
-    stack[top++].node = 0;
-    while (top) {
-        const springls__bvh_node *node = &surface->nodes[stack[--top].node];
-        if (stack[top].d2 > limit2) continue;
-        while (!node->count) { /* down to a leaf by the nearer child */
-            const springls__bvh_node *child = &surface->nodes[node->first];
-            float d0 = springls__bvh_box_distance2(&child[0], x), d1 = springls__bvh_box_distance2(&child[1], x);
-            int second = d0 <= d1; /* the one to be looked at later */
-            if ((second ? d1 : d0) <= limit2) {
-                stack[top].d2 = second ? d1 : d0;
-                stack[top++].node = node->first + second;
-            }
-            node = &child[!second];
-            if ((second ? d0 : d1) > limit2) break;
-        }
-        for (i = 0; i < node->count; i++) {
-            int triangle = surface->order[node->first + i];
-            springls__tri_hit h;
-            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) > limit2) continue;
-            h = springls__tri_closest(springls__surface_triangle(surface, triangle), x);
-            if (h.d2 < best.hit.d2 || (h.d2 == best.hit.d2 && (best.triangle < 0 || triangle < best.triangle))) {
-                float d = springls__sqrt(h.d2) + slack;
-                best.triangle = triangle;
-                best.hit = h;
-                limit2 = d * d;
-            }
-        }
-    }
-    return best;
-}
-
-SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__surface *surface, springls__v3 x,
-                                                             float max_distance)
-{
-    return springls__surface_closest_from(surface, x, max_distance, -1);
-}
-
-/* ---- all that are near ---- */
-
-/* A walk over the triangles of all leaves whose box comes within r of x. */
-typedef struct springls__near_walk {
-    const springls__surface *surface;
-    springls__v3 x;
-    float r;
-    int stack[SPRINGLS__BVH_STACK], top, next, end;
-} springls__near_walk;
-
-SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
-{
-    springls__near_walk walk;
-    walk.surface = surface;
-    walk.x = x;
-    walk.r = r;
-    walk.top = walk.next = walk.end = 0;
-    if (surface->count) walk.stack[walk.top++] = 0;
-    return walk;
-}
-
-/* The next triangle, or -1 at the end. */
-SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
-{
-    while (walk->next == walk->end) {
-        const springls__bvh_node *node;
-        if (!walk->top) return -1;
-        node = &walk->surface->nodes[walk->stack[--walk->top]];
-        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
-        if (node->count) {
-            walk->next = node->first;
-            walk->end = node->first + node->count;
-        } else {
-            walk->stack[walk->top++] = node->first + 1;
-            walk->stack[walk->top++] = node->first;
-        }
-    }
-    return walk->surface->order[walk->next++];
-}
-
-/* ---- rays ---- */
-
-/* A ray in the frame where its direction is (0, 0, 1): shearing keeps shared edges shared bit by bit, so that a ray
-   cannot slip between two triangles. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
-    int kx, ky, kz;
-    float sx, sy, sz;
-} springls__ray;
-
-SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
-{
-    springls__ray r;
-    int k;
-    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
-    for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
-        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
-    }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
-    return r;
-}
-
-/* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
-{
-    float t_in = 0.0f, t_out = t_max;
-    int k;
-    for (k = 0; k < 3; k++) {
-        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
-        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
-        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
-        t_in = springls__max(t_in, t0);
-        t_out = springls__min(t_out, t1);
-    }
-    *t = t_in;
-    return t_in <= t_out * 1.000002f;
-}
-
-/* Where the ray meets a triangle, from either side: t in [0, t_max], and the point by barycentric weights. */
-SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
-{
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
-    out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
-    return 1;
-}
-
-/* The first triangle that the ray x + t direction meets with 0 <= t <= t_max, the lowest index among equals. The direction
-   need not be a unit vector; a direction of no length meets nothing. */
-SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
-                                                         springls__v3 direction, float t_max)
-{
-    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
-    springls__surface_hit best, h;
-    springls__ray r;
-    float slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x)), t;
-    int top = 0, i;
-    memset(&best, 0, sizeof best);
-    best.triangle = -1;
-    best.t = t_max;
-    h = best;
-    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return best;
-    r = springls__ray_make(x, direction);
-    if (springls__ray_box(&r, &surface->nodes[0], slack, t_max, &t)) {
-        stack[top].t = t;
-        stack[top++].node = 0;
-    }
-    while (top) {
-        const springls__bvh_node *node = &surface->nodes[stack[--top].node];
-        if (stack[top].t > best.t * 1.000002f) continue;
-        if (!node->count) {
-            float t0 = 0.0f, t1 = 0.0f;
-            int hit0 = springls__ray_box(&r, &surface->nodes[node->first], slack, best.t, &t0);
-            int hit1 = springls__ray_box(&r, &surface->nodes[node->first + 1], slack, best.t, &t1);
-            int nearer = hit1 && (!hit0 || t1 < t0); /* pushed last, popped first */
-            if (hit0 && hit1) {
-                stack[top].t = nearer ? t0 : t1;
-                stack[top++].node = node->first + !nearer;
-            }
-            if (hit0 || hit1) {
-                stack[top].t = nearer ? t1 : t0;
-                stack[top++].node = node->first + nearer;
-            }
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int triangle = surface->order[node->first + i];
-            if (!springls__ray_triangle(&r, springls__surface_triangle(surface, triangle), best.t, &h)) continue;
-            if (h.t < best.t || best.triangle < 0 || triangle < best.triangle) {
-                best = h;
-                best.triangle = triangle;
-            }
-        }
-    }
-    return best;
-}
-
-/* ---- generalised winding number ---- */
-
-/* Sums up the directed areas of the nodes, once a surface; needed before springls__surface_winding. */
-SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
-{
-    int n, i, k;
-    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
-    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
-    for (n = surface->node_count - 1; n >= 0; n--) {
-        const springls__bvh_node *node = &surface->nodes[n];
-        springls__dipole *d = &surface->dipoles[n];
-        springls__v3 extent = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f;
-        int parts = node->count ? node->count : 2;
-        memset(d, 0, sizeof *d);
-        for (i = 0; i < parts; i++) {
-            springls__v3 center, area;
-            float w;
-            if (node->count) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                center = springls__tri_centroid(t);
-                area = springls__scale(springls__tri_area2(t), 0.5f);
-                w = springls__length(area);
-            } else {
-                center = surface->dipoles[node->first + i].center;
-                area = surface->dipoles[node->first + i].area;
-                w = surface->dipoles[node->first + i].weight;
-            }
-            d->area = springls__add(d->area, area);
-            d->center = springls__mad(d->center, center, w);
-            weight += w;
-        }
-        if (weight > 0.0f) d->center = springls__scale(d->center, 1.0f / weight);
-        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
-        d->weight = weight;
-        for (k = 0; k < 3; k++) {
-            float c = k == 0 ? d->center.x : k == 1 ? d->center.y : d->center.z;
-            float e = springls__max(c - node->lower[k], node->upper[k] - c);
-            if (k == 0) extent.x = e;
-            else if (k == 1) extent.y = e;
-            else extent.z = e;
-        }
-        d->radius2 = springls__length2(extent);
-    }
-    return SPRINGLS_OK;
-}
-
-/* How often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open one.
-   A node further away than `accuracy` times its radius counts as one directed area. */
-SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
-{
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    double sum = 0.0;
-    if (!surface->count) return 0.0f;
-    stack[top++] = 0;
-    while (top) {
-        int n = stack[--top];
-        const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        springls__v3 to = springls__sub(d->center, x);
-        float d2 = springls__length2(to);
-        if (d2 > accuracy * accuracy * d->radius2) {
-            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
-        } else if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-        } else {
-            for (i = 0; i < node->count; i++) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                sum += (double)springls__solid_angle(t, x);
-            }
-        }
-    }
-    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
 
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
@@ -9201,6 +8874,151 @@ SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
+}
+
+/* ======== >>closest_point  (src/model/closest_point.h) ========================================================= */
+/* closest_point.h - finds the point of a surface that is closest to a place, and all triangles near it. */
+
+/* Returns the squared distance from x to the bounds of a node. */
+SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+{
+    float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
+    float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
+    float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* Returns the squared distance from x to the bounds of one triangle. */
+SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+{
+    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
+                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
+    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
+                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
+    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
+                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* A search for the closest triangle: the best so far, and the squared distance beyond which no box can hold a better one. */
+typedef struct springls__closest_search {
+    const springls__surface *surface;
+    springls__v3 x;
+    float slack, limit2;    /* slack: more than all rounding errors of a distance                               */
+    springls__surface_hit best;
+    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__closest_search;
+
+/* Takes the triangle if it is closer than the best, or as close and of a lower index. */
+SPRINGLS__FN void springls__closest_try(springls__closest_search *search, int triangle)
+{
+    springls__surface_hit *best = &search->best;
+    springls__tri_hit h = springls__tri_closest(springls__surface_triangle(search->surface, triangle), search->x);
+    if (h.d2 < best->hit.d2 || (h.d2 == best->hit.d2 && (best->triangle < 0 || triangle < best->triangle))) {
+        float d = springls__sqrt(h.d2) + search->slack;
+        best->triangle = triangle;
+        best->hit = h;
+        search->limit2 = d * d;
+    }
+}
+
+/* Goes down to a leaf, by the nearer child each time; the other one waits on the stack. Returns NULL where all below is too far. */
+SPRINGLS__FN const springls__bvh_node *springls__closest_leaf(springls__closest_search *search, const springls__bvh_node *node)
+{
+    while (!node->count) {
+        const springls__bvh_node *child = &search->surface->nodes[node->first];
+        float d0 = springls__bvh_box_distance2(&child[0], search->x), d1 = springls__bvh_box_distance2(&child[1], search->x);
+        int further = d0 <= d1;
+        if ((further ? d0 : d1) > search->limit2) return NULL;
+        if ((further ? d1 : d0) <= search->limit2) {
+            search->stack[search->top].d2 = further ? d1 : d0;
+            search->stack[search->top++].node = node->first + further;
+        }
+        node = &child[!further];
+    }
+    return node;
+}
+
+/* Returns the point of the surface closest to x, if it is not further than max_distance; the lowest index among equals.
+   `guess` is a triangle that is probably close, or -1: it saves time and cannot change the result, because boxes are left out
+   only when they are further than the best so far by more than all rounding errors. */
+SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls__surface *surface, springls__v3 x,
+                                                                  float max_distance, int guess)
+{
+    springls__closest_search search;
+    const bool bounded = max_distance < 1e18f;
+    int i;
+    search.surface = surface;
+    search.x = x;
+    search.slack = 4e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.hit.d2 = bounded ? max_distance * max_distance : FLT_MAX;
+    search.limit2 = bounded ? (max_distance + search.slack) * (max_distance + search.slack) : FLT_MAX;
+    if (!surface->count) return search.best;
+    if (guess >= 0) springls__closest_try(&search, guess);
+    search.stack[0].d2 = springls__bvh_box_distance2(&surface->nodes[0], x);
+    search.stack[0].node = 0;
+    search.top = 1;
+    while (search.top) {
+        const springls__bvh_node *leaf;
+        search.top--;
+        if (search.stack[search.top].d2 > search.limit2) continue;
+        leaf = springls__closest_leaf(&search, &surface->nodes[search.stack[search.top].node]);
+        for (i = 0; leaf && i < leaf->count; i++) {
+            int triangle = surface->order[leaf->first + i];
+            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) <= search.limit2)
+                springls__closest_try(&search, triangle);
+        }
+    }
+    return search.best;
+}
+
+SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__surface *surface, springls__v3 x,
+                                                             float max_distance)
+{
+    return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all triangles that are near ---- */
+
+/* A walk over the triangles of all leaves whose bounds come within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* Returns the next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ======== >>interpolation  (src/model/interpolation.h) ========================================================= */
@@ -11914,6 +11732,84 @@ SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t
 /* The half-edge that follows in the triangle: half-edge h runs from corner h % 3 of triangle h / 3. */
 SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
 
+/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
+/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
+
+/* One triangle of a leaf, or one child of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+{
+    springls__dipole d;
+    springls__tri t;
+    if (!node->count) return surface->dipoles[node->first + i];
+    memset(&d, 0, sizeof d);
+    t = springls__surface_triangle(surface, surface->order[node->first + i]);
+    d.center = springls__tri_centroid(t);
+    d.area = springls__scale(springls__tri_area2(t), 0.5f);
+    d.weight = springls__length(d.area);
+    return d;
+}
+
+/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
+SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
+{
+    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
+                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
+                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
+}
+
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
+{
+    int n, i;
+    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
+    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
+        const springls__bvh_node *node = &surface->nodes[n];
+        springls__dipole *d = &surface->dipoles[n];
+        memset(d, 0, sizeof *d);
+        for (i = 0; i < (node->count ? node->count : 2); i++) {
+            springls__dipole part = springls__dipole_part(surface, node, i);
+            d->area = springls__add(d->area, part.area);
+            d->center = springls__mad(d->center, part.center, part.weight);
+            d->weight += part.weight;
+        }
+        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
+        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
+        d->radius2 = springls__dipole_radius2(node, d->center);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
+   one. A node further away than `accuracy` times its radius counts as one directed area. */
+SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
+{
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    double sum = 0.0;
+    if (!surface->count) return 0.0f;
+    stack[top++] = 0;
+    while (top) {
+        int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        springls__v3 to = springls__sub(d->center, x);
+        float d2 = springls__length2(to);
+        if (d2 > accuracy * accuracy * d->radius2) {
+            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
+        } else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++) {
+                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
+                sum += (double)springls__solid_angle(t, x);
+            }
+        }
+    }
+    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
+}
+
 /* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
 /* mesh_distance.h - the signed distance to a triangle mesh: size from the hierarchy, sign from the winding number. */
 
@@ -13417,6 +13313,159 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
     return springls__report_device_failure(ctx, status);
+}
+
+/* ======== >>ray  (src/model/ray.h) ============================================================================= */
+/* ray.h - finds the first point in which a ray meets a surface. */
+
+/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
+   both, so that a ray cannot slip between them. */
+typedef struct springls__ray {
+    float origin[3], direction[3], inverse[3];
+    int kx, ky, kz;
+    float sx, sy, sz;
+} springls__ray;
+
+SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
+{
+    springls__ray r;
+    int k;
+    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
+    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    for (k = 0; k < 3; k++) {
+        float d = r.direction[k];
+        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
+    }
+    r.kz = 0;
+    for (k = 1; k < 3; k++)
+        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
+    r.kx = (r.kz + 1) % 3;
+    r.ky = (r.kz + 2) % 3;
+    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
+    r.sz = 1.0f / r.direction[r.kz];
+    r.sx = r.direction[r.kx] * r.sz;
+    r.sy = r.direction[r.ky] * r.sz;
+    return r;
+}
+
+/* Returns whether the ray enters a node's bounds before t_max, and where; they are widened by the slack, so that rounding misses no
+   hit. */
+SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+{
+    float t_in = 0.0f, t_out = t_max;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
+        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
+        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
+        t_in = springls__max(t_in, t0);
+        t_out = springls__min(t_out, t1);
+    }
+    *t = t_in;
+    return t_in <= t_out * 1.000002f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
+{
+    double p[3][3], u, v, w, det, t;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - (double)r->origin[0];
+        d[1] = (double)q.y - (double)r->origin[1];
+        d[2] = (double)q.z - (double)r->origin[2];
+        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
+        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
+        p[m][2] = (double)r->sz * d[r->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
+    det = u + v + w;
+    if (det == 0.0) return 0;
+    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    out->t = (float)t;
+    out->hit.bary[0] = (float)(u / det);
+    out->hit.bary[1] = (float)(v / det);
+    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
+    out->hit.point = springls__v3_make(
+        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
+        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
+        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    return 1;
+}
+
+/* A search for the first triangle that a ray meets, in [0, best.t]. */
+typedef struct springls__ray_search {
+    const springls__surface *surface;
+    springls__ray ray;
+    float slack;
+    springls__surface_hit best;
+    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__ray_search;
+
+/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
+SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
+{
+    const springls__bvh_node *child = &search->surface->nodes[node->first];
+    float t0 = 0.0f, t1 = 0.0f;
+    int hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
+    int hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
+    int nearer = hit1 && (!hit0 || t1 < t0);
+    if (hit0 && hit1) {
+        search->stack[search->top].t = nearer ? t0 : t1;
+        search->stack[search->top++].node = node->first + !nearer;
+    }
+    if (hit0 || hit1) {
+        search->stack[search->top].t = nearer ? t1 : t0;
+        search->stack[search->top++].node = node->first + nearer;
+    }
+}
+
+/* Takes the triangles of a leaf that the ray meets earlier than the best, or as early and of a lower index. */
+SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const springls__bvh_node *leaf)
+{
+    springls__surface_hit h = search->best;
+    int i;
+    for (i = 0; i < leaf->count; i++) {
+        int triangle = search->surface->order[leaf->first + i];
+        if (!springls__ray_triangle(&search->ray, springls__surface_triangle(search->surface, triangle), search->best.t, &h)) continue;
+        if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
+            search->best = h;
+            search->best.triangle = triangle;
+        }
+    }
+}
+
+/* Returns the first point in which the ray x + t direction meets the surface with 0 <= t <= t_max, the lowest index among equals.
+   The direction need not be a unit vector; one of no length meets nothing. */
+SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
+                                                         springls__v3 direction, float t_max)
+{
+    springls__ray_search search;
+    search.surface = surface;
+    search.slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.t = t_max;
+    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return search.best;
+    search.ray = springls__ray_make(x, direction);
+    search.top = springls__ray_box(&search.ray, &surface->nodes[0], search.slack, t_max, &search.stack[0].t) ? 1 : 0;
+    search.stack[0].node = 0;
+    while (search.top) {
+        const springls__bvh_node *node;
+        search.top--;
+        if (search.stack[search.top].t > search.best.t * 1.000002f) continue;
+        node = &surface->nodes[search.stack[search.top].node];
+        if (node->count) springls__ray_try_leaf(&search, node);
+        else springls__ray_descend(&search, node);
+    }
+    return search.best;
 }
 
 /* ======== >>query  (src/output/query.h) ======================================================================== */
@@ -14998,7 +15047,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 694 \"springls.h\"\n",
+    "#line 697 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -15095,7 +15144,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1477 \"springls.h\"\n",
+    "#line 1480 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -15168,7 +15217,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1551 \"springls.h\"\n",
+    "#line 1554 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
@@ -15184,7 +15233,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1568 \"springls.h\"\n",
+    "#line 1571 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15199,7 +15248,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1584 \"springls.h\"\n",
+    "#line 1587 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15323,7 +15372,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1708 \"springls.h\"\n",
+    "#line 1711 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -15349,7 +15398,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1735 \"springls.h\"\n",
+    "#line 1738 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -15496,7 +15545,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 1883 \"springls.h\"\n",
+    "#line 1886 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15511,7 +15560,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 1898 \"springls.h\"\n",
+    "#line 1901 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15635,13 +15684,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2022 \"springls.h\"\n",
+    "#line 2025 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2029 \"springls.h\"\n",
+    "#line 2032 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15653,7 +15702,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2041 \"springls.h\"\n",
+    "#line 2044 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15668,7 +15717,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2057 \"springls.h\"\n",
+    "#line 2060 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15712,7 +15761,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2101 \"springls.h\"\n",
+    "#line 2104 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15727,7 +15776,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2116 \"springls.h\"\n",
+    "#line 2119 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15771,7 +15820,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2160 \"springls.h\"\n",
+    "#line 2163 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -15843,7 +15892,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2232 \"springls.h\"\n",
+    "#line 2235 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15858,7 +15907,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2248 \"springls.h\"\n",
+    "#line 2251 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15917,7 +15966,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2307 \"springls.h\"\n",
+    "#line 2310 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15932,7 +15981,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2322 \"springls.h\"\n",
+    "#line 2325 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15991,7 +16040,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2382 \"springls.h\"\n",
+    "#line 2385 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
@@ -16234,7 +16283,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 2626 \"springls.h\"\n",
+    "#line 2629 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -16498,7 +16547,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2890 \"springls.h\"\n",
+    "#line 2893 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16513,7 +16562,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2906 \"springls.h\"\n",
+    "#line 2909 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16525,7 +16574,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2918 \"springls.h\"\n",
+    "#line 2921 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16540,7 +16589,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2933 \"springls.h\"\n",
+    "#line 2936 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16552,7 +16601,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2946 \"springls.h\"\n",
+    "#line 2949 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
@@ -16750,7 +16799,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3474 \"springls.h\"\n",
+    "#line 3477 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16860,7 +16909,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 3585 \"springls.h\"\n",
+    "#line 3588 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16940,7 +16989,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 3666 \"springls.h\"\n",
+    "#line 3669 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17114,7 +17163,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3841 \"springls.h\"\n",
+    "#line 3844 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17187,7 +17236,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3915 \"springls.h\"\n",
+    "#line 3918 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -17213,7 +17262,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3942 \"springls.h\"\n",
+    "#line 3945 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -17282,7 +17331,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4012 \"springls.h\"\n",
+    "#line 4015 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -17404,7 +17453,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4135 \"springls.h\"\n",
+    "#line 4138 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -17457,7 +17506,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4189 \"springls.h\"\n",
+    "#line 4192 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -17473,7 +17522,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4205 \"springls.h\"\n",
+    "#line 4208 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17488,7 +17537,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4221 \"springls.h\"\n",
+    "#line 4224 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17499,7 +17548,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4232 \"springls.h\"\n",
+    "#line 4235 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17514,7 +17563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4247 \"springls.h\"\n",
+    "#line 4250 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17525,7 +17574,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4258 \"springls.h\"\n",
+    "#line 4261 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -17624,7 +17673,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4358 \"springls.h\"\n",
+    "#line 4361 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18034,7 +18083,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4769 \"springls.h\"\n",
+    "#line 4772 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18132,7 +18181,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4868 \"springls.h\"\n",
+    "#line 4871 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18261,7 +18310,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4998 \"springls.h\"\n",
+    "#line 5001 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18448,7 +18497,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5186 \"springls.h\"\n",
+    "#line 5189 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18545,7 +18594,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5284 \"springls.h\"\n",
+    "#line 5287 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18910,7 +18959,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5650 \"springls.h\"\n",
+    "#line 5653 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -19059,7 +19108,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 5800 \"springls.h\"\n",
+    "#line 5803 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -19087,7 +19136,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 5828 \"springls.h\"\n",
+    "#line 5831 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19102,7 +19151,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5844 \"springls.h\"\n",
+    "#line 5847 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19270,7 +19319,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 6012 \"springls.h\"\n",
+    "#line 6015 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19285,7 +19334,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6027 \"springls.h\"\n",
+    "#line 6030 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19453,7 +19502,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 6195 \"springls.h\"\n",
+    "#line 6198 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
@@ -19489,7 +19538,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6232 \"springls.h\"\n",
+    "#line 6235 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -19595,7 +19644,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6339 \"springls.h\"\n",
+    "#line 6342 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -19690,7 +19739,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6435 \"springls.h\"\n",
+    "#line 6438 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
@@ -19783,7 +19832,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6529 \"springls.h\"\n",
+    "#line 6532 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20004,7 +20053,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 6751 \"springls.h\"\n",
+    "#line 6754 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -20270,7 +20319,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 7018 \"springls.h\"\n",
+    "#line 7021 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -20348,7 +20397,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20352 \"springls.h\"\n",
+    "#line 20401 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",

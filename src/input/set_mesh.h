@@ -22,6 +22,7 @@
 #include "../model/indexed_mesh.h"
 #include "../model/mesh_distance.h"
 #include "../model/transform.h"
+#include "../model/winding_number.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/keep_edges.h"
 #include "../stages/rebuild.h"

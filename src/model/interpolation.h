@@ -3,7 +3,7 @@
 #define SPRINGLS__MODEL_INTERPOLATION_H
 
 #include "attribute_rows.h"
-#include "bvh.h"
+#include "closest_point.h"
 #include "transform.h"
 
 enum { SPRINGLS__MAX_SOURCES = 24 };

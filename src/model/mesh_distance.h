@@ -2,7 +2,8 @@
 #ifndef SPRINGLS__MODEL_MESH_DISTANCE_H
 #define SPRINGLS__MODEL_MESH_DISTANCE_H
 
-#include "bvh.h"
+#include "closest_point.h"
+#include "winding_number.h"
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;

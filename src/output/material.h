@@ -9,7 +9,7 @@
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/attribute_rows.h"
-#include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/host_access.h"
 #include "../model/indexed_mesh.h"
 #include "../model/transform.h"

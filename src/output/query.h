@@ -4,8 +4,9 @@
 
 #include "../runtime/errors.h"
 #include "../runtime/parallel.h"
-#include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/host_access.h"
+#include "../model/ray.h"
 #include "../model/springl_surface.h"
 #include "../model/transform.h"
 

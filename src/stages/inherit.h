@@ -10,7 +10,7 @@
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
 #include "../model/attribute_rows.h"
-#include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/constellation.h"
 #include "../model/interpolation.h"
 #include "../model/springl_surface.h"
