@@ -3322,7 +3322,7 @@ struct springls_context {
     springls__work work;
     springls__motion motion;
     springls__stepping step;
-    bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
 };
@@ -7877,7 +7877,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
 }
 
 /* To be called after anything that adds, removes or replaces springls. */
@@ -7888,16 +7888,17 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 }
 
 /* ======== >>algorithms  (src/runtime/algorithms.h) ============================================================= */
-/* algorithms.h - sorting, union-find and hashing of plain numbers. */
+/* algorithms.h - sorts, joins and hashes plain numbers. */
 
+/* Compares two ints for qsort. */
 SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
 {
     int x = *(const int *)a, y = *(const int *)b;
     return (x > y) - (x < y);
 }
 
-/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
-   insertion where a few are left. */
+/* Sorts keys ascending, in place, in time proportional to their number: by radix exchange from the highest bit in use, and by
+   insertion where at most 16 are left. */
 SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
 {
     struct { size_t first, end; int bit; } range[65];
@@ -7935,14 +7936,14 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
-/* The root of i's tree in a forest of parents, which grows flatter. */
+/* Returns the root of i's tree in a forest, and shortens the paths on the way. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
 }
 
-/* FNV-1a over 32-bit words. */
+/* Continues a hash over an array of 32-bit words (FNV-1a). */
 SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
 {
     const unsigned char *p = (const unsigned char *)data;
@@ -7955,8 +7956,8 @@ SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t byt
     return hash;
 }
 
-/* Three words in one number, for hash tables whose size is a power of two. */
-SPRINGLS__FN size_t springls__mesh_hash(uint32_t a, uint32_t b, uint32_t c)
+/* Returns a hash of three words, for tables whose size is a power of two. */
+SPRINGLS__FN size_t springls__hash3(uint32_t a, uint32_t b, uint32_t c)
 {
     uint64_t h = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
     h ^= h >> 29;
@@ -7972,7 +7973,7 @@ SPRINGLS__FN uint32_t springls__float_bits(float x)
     return bits;
 }
 
-/* Slots of a hash table for that many entries: a power of two. */
+/* Returns the size of a hash table for that many entries: a power of two. */
 SPRINGLS__FN size_t springls__table_size(size_t entries)
 {
     size_t size = 16;
@@ -8136,7 +8137,7 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 }
 
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
-/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, and an empty model. */
+/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
 /* Empties the model and its grid; keeps memory and parameters. Abandons a step in progress. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
@@ -8161,8 +8162,8 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
     return status;
 }
 
-/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the model
-   if that was lost. */
+/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the
+   model if that was lost. */
 SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
@@ -8192,18 +8193,19 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 }
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
-/* transform.h - between the voxels of a grid and the world. */
+/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* y = M x, M row-major 3x4. */
+/* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
 {
     int k;
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
-/* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
+   or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
     double m[12], det;
@@ -8238,14 +8240,14 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     return true;
 }
 
-/* A direction matrix of negative determinant turns triangles inside out on their way to the world. */
+/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
     const double *m = ctx->to_world;
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
 }
 
-/* The world's unit normal of a surface whose normal in voxels is n: by the transpose of world -> voxel. */
+/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
 SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
 {
     const double *m = ctx->to_voxel;
@@ -8256,7 +8258,7 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
         unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
 }
 
-/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
+/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
 SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
 {
     const double *m = ctx->to_voxel;
@@ -8281,6 +8283,7 @@ SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls
     world[2] = (float)x[2];
 }
 
+/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
 SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
 {
     const double *m = ctx->to_world;
@@ -8290,7 +8293,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamped far outside any model, so that the squares of distances stay finite. */
+/* Clamps far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
@@ -8847,7 +8850,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
 }
 
 /* ======== >>attribute_rows  (src/model/attribute_rows.h) ======================================================= */
-/* attribute_rows.h - storage of what springls carry besides themselves: a row of floats each. */
+/* attribute_rows.h - storage of attributes: each springl has a row of `channels` floats in each of them. */
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
@@ -8865,12 +8868,14 @@ SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int t
     if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
 }
 
+/* Makes room for `rows` rows; keeps the first `keep`. */
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
 {
     size_t row = (size_t)attribute->channels * sizeof(float);
     return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
 }
 
+/* Makes room for count elements in working memory `which`. */
 SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
@@ -8923,7 +8928,8 @@ SPRINGLS__FN void springls__closest_try(springls__closest_search *search, int tr
     }
 }
 
-/* Goes down to a leaf, by the nearer child each time; the other one waits on the stack. Returns NULL where all below is too far. */
+/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL where all below is too
+   far. */
 SPRINGLS__FN const springls__bvh_node *springls__closest_leaf(springls__closest_search *search, const springls__bvh_node *node)
 {
     while (!node->count) {
@@ -9099,8 +9105,8 @@ SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__inter
 }
 
 /* Sets weights that fall with distance, and each source's place relative to a. */
-SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places, springls__v3 a,
-                                                double r[SPRINGLS__MAX_SOURCES][3])
+SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a, double r[SPRINGLS__MAX_SOURCES][3])
 {
     float range2 = 1.1f * sources->d2[sources->count - 1] + 1e-6f;
     int i;
@@ -9135,7 +9141,8 @@ SPRINGLS__FN int springls__interpolation_worst(const springls__interpolation_sou
 /* Sets the weights of moving least squares of degree 1 at the correspondence a: the weighted sum of values is that of the fitted
    plane at a, exact for linear functions. A source that would get a negative weight is left out, the worst first, while more
    than three are left; then the slope is reduced. So the result is a mean of values, and stays within their range. */
-SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places, springls__v3 a)
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a)
 {
     double r[SPRINGLS__MAX_SOURCES][3], taken[SPRINGLS__MAX_SOURCES], limit = 1.0;
     springls__plane plane;
@@ -9154,8 +9161,9 @@ SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources 
 /* ---- sources ---- */
 
 /* Finds the springls within a radius of x that face the same way as n. stretch: model units in the longest spacing. */
-SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n, springls__v3 a,
-                                           float radius, float stretch, springls__interpolation_sources *sources)
+SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
+                                           springls__v3 a, float radius, float stretch,
+                                           springls__interpolation_sources *sources)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     const float alike = 0.3f; /* cosine */
@@ -9214,7 +9222,8 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(
 }
 
 /* Returns the sources at the place of springl i. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(
+    const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -9228,7 +9237,8 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
 
 /* ---- values ---- */
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *sources, float *out)
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+                                             const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
@@ -9238,8 +9248,8 @@ SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribut
 }
 
 /* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
-SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *sources,
-                                              bool blend, float *out)
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
+                                              const springls__interpolation_sources *sources, bool blend, float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (sources->count == 0) memset(out, 0, bytes);
@@ -9248,21 +9258,20 @@ SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribu
 }
 
 /* ======== >>springl_surface  (src/model/springl_surface.h) ===================================================== */
-/* springl_surface.h - the hierarchy over the triangles of the springls.
+/* springl_surface.h - the hierarchy over the triangles of the springls, in model coordinates: the axes of the world, the grid's
+   origin at zero, the smallest spacing as the unit. So distances are those of the world for every spacing and direction, and a
+   far origin costs no digits. */
 
-   The model's triangles are kept in a hierarchy of their own, in "model" coordinates: the world's axes, the grid's origin
-   at zero, the smallest spacing as the unit. So distances are the world's whatever the grid's spacing and direction, and
-   no digits are lost to a far origin. It is built again by the first query after the springls have moved. */
-
-SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
+/* Builds the hierarchy if springls have moved since it was built. */
+SPRINGLS__FN springls_status springls__springl_surface_refresh(springls_context *ctx)
 {
     int i, m;
-    if (ctx->model_fresh) return SPRINGLS_OK;
+    if (ctx->springl_surface_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->springl_surface, ctx->model.set.count));
     for (i = 0; i < ctx->model.set.count; i++)
         for (m = 0; m < 3; m++) ctx->springl_surface.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->model.set.s[i].q[m]);
     SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->springl_surface, ctx->model.set.count));
-    ctx->model_fresh = true;
+    ctx->springl_surface_fresh = true;
     return SPRINGLS_OK;
 }
 
@@ -9291,7 +9300,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
     return SPRINGLS_OK;
 }
@@ -9403,7 +9412,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.search.ctx = ctx;
@@ -9483,7 +9492,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
     job.fate = (const uint8_t *)ctx->model.scratch[1];
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
@@ -9868,10 +9877,10 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 }
 
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
-/* neighbors.h - lists of neighbours (section 4.8). */
+/* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
+/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
@@ -9911,7 +9920,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, springls__no_job());
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
@@ -10192,7 +10201,7 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
     springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, springls__no_job());
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
@@ -11317,7 +11326,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 }
 
 /* ======== >>parameter_sets  (src/model/parameter_sets.h) ======================================================= */
-/* params.h - the two parameter sets. */
+/* parameter_sets.h - the two parameter sets, and the ranges of their members. */
 
 enum { SPRINGLS__COOKIE = 0x53504731 };
 
@@ -11401,7 +11410,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
-/* NULL when every member is in range, else the name of the first that is not. */
+/* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
 #define SPRINGLS__IN(member, low, high) \
@@ -11779,15 +11788,15 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 }
 
 /* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads an indexed mesh of the caller's. */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
 
-/* Position i of an array with `stride` bytes between two. */
+/* Returns position i of an array whose positions are `stride` bytes apart. */
 SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
 {
     return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
 }
 
-/* The half-edge that follows in the triangle: half-edge h runs from corner h % 3 of triangle h / 3. */
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
 SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
 
 /* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
@@ -11869,12 +11878,12 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 }
 
 /* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
-/* mesh_distance.h - the signed distance to a triangle mesh: size from the hierarchy, sign from the winding number. */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced;
-    float band; /* where phi is clamped */
+    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
 SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
@@ -11884,8 +11893,8 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
-   winding number does not count, so that phi is the plain distance away from holes. */
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
 SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
     float w;
@@ -11899,9 +11908,9 @@ SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springl
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
 
-/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
-   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
                                         float distance, float *side)
 {
     static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
@@ -11921,30 +11930,30 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
     return known;
 }
 
-/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
-   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
-   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool learn = voxels || m->balanced;
+    bool reuse = voxels || m->balanced;
     float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
-        bool asked = false;
-        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            asked = side == 0.0f;
-            if (asked) side = springls__mesh_side(m, points[i]);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;
     }
 }
@@ -12482,7 +12491,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
             upper[k] = springls__max(upper[k], x[k]);
         }
         m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        slot = springls__mesh_hash(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
+        slot = springls__hash3(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
         for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
             springls__v3 other = m->point[m->table[slot]];
             if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
@@ -12517,7 +12526,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     for (h = 0; h < 3 * m->count; h++) {
         int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
         springls__mesh_edge *edge;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 0u) & mask;
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
         while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
             slot = (slot + 1) & mask;
         if (m->table[slot] < 0) {
@@ -12934,7 +12943,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = ctx->model.set.count;
@@ -13406,8 +13415,8 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
     return r;
 }
 
-/* Returns whether the ray enters a node's bounds before t_max, and where; they are widened by the slack, so that rounding misses no
-   hit. */
+/* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
+   missed by rounding. */
 SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
     float t_in = 0.0f, t_out = t_max;
@@ -13492,7 +13501,8 @@ SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const spr
     int i;
     for (i = 0; i < leaf->count; i++) {
         int triangle = search->surface->order[leaf->first + i];
-        if (!springls__ray_triangle(&search->ray, springls__surface_triangle(search->surface, triangle), search->best.t, &h)) continue;
+        springls__tri t = springls__surface_triangle(search->surface, triangle);
+        if (!springls__ray_triangle(&search->ray, t, search->best.t, &h)) continue;
         if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
             search->best = h;
             search->best.triangle = triangle;
@@ -13789,7 +13799,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&q, 0, sizeof q);
     q.ctx = ctx;
     q.points = points;
@@ -13805,7 +13815,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     q.ctx = ctx;
     q.points = origins;
     q.directions = directions;
@@ -14027,7 +14037,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
-        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
+        slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
                                    springls__float_bits(p[2] + 0.0f)) & (size - 1);
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
@@ -14045,7 +14055,7 @@ SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, in
     for (i = 0; i < corners; i++) neighbors[i] = -1;
     for (i = 0; i < corners; i++) {
         int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
         for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
             int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
             if ((c == a && d == b) || (c == b && d == a)) break;
@@ -14119,11 +14129,11 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
 }
 
 /* ======== >>mesh_measure  (src/model/mesh_measure.h) =========================================================== */
-/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+/* mesh_measure.h - measures an indexed triangle mesh, and counts its faults. Allocates nothing. */
 
 typedef struct springls__mesh_report {
-    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
-                                  does it mean something                                                        */
+    double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
+                                  unbalanced edges                                                              */
     double area;
     float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
     int vertices;              /* in use                                                                        */
@@ -14138,7 +14148,7 @@ typedef struct springls__mesh_report {
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
 
-/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
+/* Returns in v the vertices of triangle t, and true if it is valid: indices in range, coordinates finite. */
 SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
 {
     int i, c;
@@ -20455,7 +20465,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20459 \"springls.h\"\n",
+    "#line 20469 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",

@@ -1,4 +1,4 @@
-/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, and an empty model. */
+/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 #ifndef SPRINGLS__MODEL_HOST_ACCESS_H
 #define SPRINGLS__MODEL_HOST_ACCESS_H
 
@@ -31,8 +31,8 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
     return status;
 }
 
-/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the model
-   if that was lost. */
+/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the
+   model if that was lost. */
 SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;

@@ -81,8 +81,8 @@ SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__inter
 }
 
 /* Sets weights that fall with distance, and each source's place relative to a. */
-SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places, springls__v3 a,
-                                                double r[SPRINGLS__MAX_SOURCES][3])
+SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a, double r[SPRINGLS__MAX_SOURCES][3])
 {
     float range2 = 1.1f * sources->d2[sources->count - 1] + 1e-6f;
     int i;
@@ -117,7 +117,8 @@ SPRINGLS__FN int springls__interpolation_worst(const springls__interpolation_sou
 /* Sets the weights of moving least squares of degree 1 at the correspondence a: the weighted sum of values is that of the fitted
    plane at a, exact for linear functions. A source that would get a negative weight is left out, the worst first, while more
    than three are left; then the slope is reduced. So the result is a mean of values, and stays within their range. */
-SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places, springls__v3 a)
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a)
 {
     double r[SPRINGLS__MAX_SOURCES][3], taken[SPRINGLS__MAX_SOURCES], limit = 1.0;
     springls__plane plane;
@@ -136,8 +137,9 @@ SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources 
 /* ---- sources ---- */
 
 /* Finds the springls within a radius of x that face the same way as n. stretch: model units in the longest spacing. */
-SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n, springls__v3 a,
-                                           float radius, float stretch, springls__interpolation_sources *sources)
+SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
+                                           springls__v3 a, float radius, float stretch,
+                                           springls__interpolation_sources *sources)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     const float alike = 0.3f; /* cosine */
@@ -196,7 +198,8 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(
 }
 
 /* Returns the sources at the place of springl i. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(
+    const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -210,7 +213,8 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
 
 /* ---- values ---- */
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *sources, float *out)
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+                                             const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
@@ -220,8 +224,8 @@ SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribut
 }
 
 /* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
-SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *sources,
-                                              bool blend, float *out)
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
+                                              const springls__interpolation_sources *sources, bool blend, float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (sources->count == 0) memset(out, 0, bytes);

@@ -34,8 +34,8 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
     return r;
 }
 
-/* Returns whether the ray enters a node's bounds before t_max, and where; they are widened by the slack, so that rounding misses no
-   hit. */
+/* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
+   missed by rounding. */
 SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
     float t_in = 0.0f, t_out = t_max;
@@ -120,7 +120,8 @@ SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const spr
     int i;
     for (i = 0; i < leaf->count; i++) {
         int triangle = search->surface->order[leaf->first + i];
-        if (!springls__ray_triangle(&search->ray, springls__surface_triangle(search->surface, triangle), search->best.t, &h)) continue;
+        springls__tri t = springls__surface_triangle(search->surface, triangle);
+        if (!springls__ray_triangle(&search->ray, t, search->best.t, &h)) continue;
         if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
             search->best = h;
             search->best.triangle = triangle;

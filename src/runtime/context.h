@@ -180,7 +180,7 @@ struct springls_context {
     springls__work work;
     springls__motion motion;
     springls__stepping step;
-    bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
 };
