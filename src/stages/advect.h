@@ -377,15 +377,15 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
-/* Writes the velocities at SPRINGLS__LANES points, xyz each, to out. */
-SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_flow *flow, const float *points, float time, float *out)
+/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
 {
     float axis[3][SPRINGLS__LANES];
     springls__vec3 u;
     int lane, k;
     for (lane = 0; lane < SPRINGLS__LANES; lane++)
         for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
-    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), flow->grid_size, flow->period, time);
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
     springls__vec_store(axis[0], u.x);
     springls__vec_store(axis[1], u.y);
     springls__vec_store(axis[2], u.z);
@@ -396,12 +396,13 @@ SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_fl
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
+    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
     int i;
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__deformation_velocities(flow, points + 3 * i, time, out + 3 * i);
+        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
     for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                        flow->grid_size, flow->period, time);
+                                                        n, amplitude);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
