@@ -8,7 +8,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/memory.h"
 
-enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64, SPRINGLS__BVH_SCRATCH = 7 };
+enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
@@ -169,11 +169,10 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
 {
     springls__bvh_item *items;
-    void *memory;
     int i;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, (size_t)count, sizeof *items, &memory));
-    items = (springls__bvh_item *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, count));
+    items = springls__bvh_items(&ctx->model);
     for (i = 0; i < count; i++) {
         const springls__v3 *p = surface->points + 3 * i;
         items[i].center[0] = p[0].x + p[1].x + p[2].x;

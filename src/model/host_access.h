@@ -50,8 +50,8 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
 {
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
+    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
 /* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */

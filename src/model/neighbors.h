@@ -14,7 +14,7 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
     ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }

@@ -2,7 +2,7 @@
 #ifndef SPRINGLS__RUNTIME_CONTEXT_H
 #define SPRINGLS__RUNTIME_CONTEXT_H
 
-#include "../interface/api.h"
+#include "base.h"
 #include "../../kernels_embed/stages/advect.h"
 
 /* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
@@ -14,13 +14,31 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* The arrays of the model by number. */
-typedef enum springls__array {
-#define SPRINGLS__ARRAY_NUMBER(name, type, block, member) SPRINGLS__ARRAY_##name,
-    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
-#undef SPRINGLS__ARRAY_NUMBER
-    SPRINGLS__ARRAY_COUNT
-} springls__array;
+/* Numbers of the scratch arrays of roles (scratch.h). */
+enum {
+#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (number),
+    SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_NUMBER) SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_NUMBER)
+#undef SPRINGLS__ROLE_NUMBER
+    SPRINGLS__ROLE_NONE
+};
+
+#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)((int)SPRINGLS__ARRAY_SCRATCH0 + (int)SPRINGLS__ROLE_##role))
+
+/* Sets of arrays: a bit each. */
+#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_ARRAY(role))
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__GRID_BITS ((uint64_t)0 SPRINGLS__GRID_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SEARCH_BITS ((uint64_t)0 SPRINGLS__SEARCH_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__WORK_BITS ((uint64_t)0 SPRINGLS__SCRATCH_ARRAYS(SPRINGLS__OR_BIT) SPRINGLS__DEVICE_ARRAYS(SPRINGLS__OR_BIT))
+
+#define SPRINGLS__ONE_MORE(name, type, block, owner, member) + 1
+#define SPRINGLS__SPRINGL_ARRAY_COUNT (0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ONE_MORE)) /* the first of all arrays */
+
+SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
    0, the parent of nodes first and first+1. Children follow their parents. */
@@ -62,32 +80,32 @@ struct springls_backend {
     /* Copies `data` to a buffer's device memory. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
     springls_status (*finish)(springls_context *ctx); /* waits until the device is idle     */
-    bool timed;                                       /* every stage ends with finish          */
+    bool timed;                                       /* every stage ends with finish       */
     springls_velocity_fn user_velocity; /* the callback that the device has program text of */
     size_t user_bytes; /* of `user` that the text reads */
-    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
-    springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cells_build)(springls_context *ctx);
-    springls_status (*cells_cover_around)(springls_context *ctx);
-    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 has the neighbour mask of each brick */
-    springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*cell_list_cover_around)(springls_context *ctx);
+    springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
+    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
-    springls_status (*settle_regions)(springls_context *ctx);
+    springls_status (*resolve_regions)(springls_context *ctx);
 };
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
 /* A run of a kernel on the host. */
-typedef struct springls__range_job {
+typedef struct springls__kernel_run {
     const springls_context *ctx;
     const struct springls__kernel_info *kernel;
-    springls__job job;
-} springls__range_job;
+    springls__arguments args;
+} springls__kernel_run;
 
 /* A loop that is run in pieces; pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
@@ -95,7 +113,7 @@ typedef struct springls__pieces {
     void *arg;
     int next, count, grain;
     double pace;
-    springls__range_job kernel;
+    springls__kernel_run kernel;
 } springls__pieces;
 
 /* The stage at work, and how far it has come (resumable.h). */

@@ -13,11 +13,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
-        || array == SPRINGLS__ARRAY_NEIGHBORS)
-        used = (size_t)m->set.count;
-    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
-        used = (size_t)m->grid.slot_count;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
     return used < all ? used : all;
 }
 
@@ -31,8 +28,6 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     else buffer->device_stale = false;
     return SPRINGLS_OK;
 }
-
-#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
    host can go on from there. Fails when a copy fails: then the model is lost. */
@@ -72,10 +67,10 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
-        if (!((reads | writes) >> array & 1u)) continue;
+        if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
 }
@@ -92,7 +87,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (writes >> array & 1u) buffer->host_stale = true;
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
 }
@@ -120,17 +115,13 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-/* The working memory of stages: no stage uses what another has left in it. */
-#define SPRINGLS__SCRATCH_BITS                                                                                                      \
-    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
-
-/* Makes working memory current on both sides without a copy. */
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
+
 
 #endif

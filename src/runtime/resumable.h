@@ -42,13 +42,11 @@ SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grai
 }
 
 /* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
-SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
-    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
-    ctx->work.loop.kernel.ctx = ctx;
-    ctx->work.loop.kernel.kernel = &springls__kernels[kernel];
-    ctx->work.loop.kernel.job = job;
+    ctx->work.loop.kernel = springls__run_of(ctx, kernel, args);
     springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
 }
 

@@ -223,13 +223,13 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     springls__merge_targets_job job;
     size_t count = (size_t)ctx->model.set.count;
     if (!ctx->attribute_count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.fate = springls__contract_action(&ctx->model);
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
@@ -264,7 +264,7 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    const uint8_t *fate = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
