@@ -66,6 +66,7 @@
      >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_rows       src/model/attribute_rows.h
+     >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
      >>evolve               src/stages/evolve.h
@@ -80,6 +81,7 @@
      >>track                src/stages/track.h
      >>unsigned_to_signed   src/stages/unsigned_to_signed.h
      >>step                 src/solver/step.h
+     >>algorithm_tables     src/solver/algorithm_tables.h
      >>keep_edges           src/stages/keep_edges.h
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
@@ -89,11 +91,13 @@
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
+     >>winding_number       src/model/winding_number.h
      >>set_level_set        src/input/set_level_set.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>material             src/output/material.h
      >>query                src/output/query.h
+     >>ray                  src/model/ray.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -1446,7 +1450,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 
 /* ======== >>base  (src/runtime/base.h) ========================================================================= */
-/* base.h - what every host part stands on: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
+/* base.h - the base of every host part: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
 
 #include <float.h>
 #include <stdarg.h>
@@ -3464,9 +3468,9 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
 }
 
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
-/* internal.h - what a context holds. Lengths are voxels everywhere below the public interface. */
+/* context.h - what a context holds. Lengths are in voxels everywhere below the public interface. */
 
-/* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
+/* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
 typedef struct springls__buffer {
     void *data;
     size_t bytes;
@@ -3505,15 +3509,15 @@ SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arra
    0, the parent of nodes first and first+1. Children follow their parents. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
-/* A node seen from afar: all its triangles as one directed area; weight is the area without direction. */
+/* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
 typedef struct springls__dipole { springls__v3 center; float radius2; springls__v3 area; float weight; } springls__dipole;
 
-/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, query.h). */
+/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, springl_surface.h). */
 typedef struct springls__surface {
     springls__v3 *points;   /* 3 a triangle, unwelded                                                           */
     int *order;             /* triangle of leaf position i                                                      */
     springls__bvh_node *nodes;
-    springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
+    springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
@@ -3522,7 +3526,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -3530,22 +3534,23 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
+   log it: springls__fall_back_to_host does. */
 struct springls_backend {
-    /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
+    /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
     void (*release)(springls_context *ctx, springls__buffer *buffer);
-    /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
+    /* Copies the first `bytes` of a buffer to the host, or to the device, and waits for that. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
-    /* Device memory of a buffer gets these bytes. */
+    /* Copies `data` to a buffer's device memory. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
-    springls_status (*finish)(springls_context *ctx); /* waits until everything asked for is done */
-    bool timed;                                       /* every stage ends with that            */
-    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
-    size_t user_bytes;
+    springls_status (*finish)(springls_context *ctx); /* waits until the device is idle     */
+    bool timed;                                       /* every stage ends with finish       */
+    springls_velocity_fn user_velocity; /* the callback that the device has program text of */
+    size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
-    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
-       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
+    /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
+       ctx->lost; other failures come from springls__fail. */
     springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
     springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
     springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
@@ -3560,14 +3565,14 @@ struct springls_backend {
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
-/* A run of a kernel here. */
+/* A run of a kernel on the host. */
 typedef struct springls__kernel_run {
     const springls_context *ctx;
     const struct springls__kernel_info *kernel;
     springls__arguments args;
 } springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
     springls_task task;
     void *arg;
@@ -3598,14 +3603,14 @@ typedef struct springls__motion {
     float affine_weight;
     springls__movers *displacement;
     struct springls__block_motion *blocks;
-    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     int moving;
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
 
-/* An entry of an algorithm (step.h). */
+/* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {
     springls__entry_kind kind;
     int stage;              /* whose clock runs, or -1: none                                                    */
@@ -3615,7 +3620,7 @@ typedef struct springls__step_entry {
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *next;
+    const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
     double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
@@ -3631,34 +3636,34 @@ typedef struct springls__stepping {
 } springls__stepping;
 
 struct springls_context {
-    springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
+    springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
     float smallest_spacing, largest_spacing;
     springls__model model;
-    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
+    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
-    springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
-    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
-    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
-    springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
-    int locked_count;       /* 0: not known yet                                                                 */
-    int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
+    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
+    int locked_count;       /* 0: not measured yet                                                              */
+    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* why it has been left, until the call at work has told                    */
-    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
-    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
-    bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
-    int calls;              /* stages and steps at work, one inside the other                                    */
+    springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
+    bool lost;              /* the model could not be copied from the device: all work stops until the report    */
+    springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
+    bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
     springls__motion motion;
     springls__stepping step;
-    bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
 };
@@ -3670,6 +3675,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
     SPRINGLS__PRINTF(3, 4);
 
+/* Sends a line to the caller's log. level: 1 error, 2 warning, 3 information. */
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
 {
     char message[256];
@@ -3681,6 +3687,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     ctx->desc.logger.log(ctx->desc.logger.user, level, message);
 }
 
+/* Stores and logs the reason of a failure; returns its status. */
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
 {
     va_list args;
@@ -3691,7 +3698,7 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     return status;
 }
 
-/* Tells how far a long call has come; true when the caller wants it to end. */
+/* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
     return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
@@ -3713,6 +3720,7 @@ SPRINGLS__FN void springls__free(void *memory, size_t size, void *user)
     free(memory);
 }
 
+/* Returns memory from the context's allocator, or NULL. */
 SPRINGLS__FN void *springls__allocate(springls_context *ctx, size_t size)
 {
     void *memory = ctx->desc.allocator.alloc(size, ctx->desc.allocator.user);
@@ -3727,7 +3735,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements; keeps the first `keep` bytes. Grows by half again so that repeated growth is cheap. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
+   growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {
@@ -3756,7 +3765,7 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* ======== >>arrays  (src/runtime/arrays.h) ===================================================================== */
 /* arrays.h - room for the arrays of the model and for the working memory of stages. */
 
-/* The model's pointers, after memory has moved. */
+/* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
 #define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
@@ -3764,6 +3773,7 @@ SPRINGLS__FN void springls__bind(springls_context *ctx)
 #undef SPRINGLS__BIND
 }
 
+/* Returns the bytes of an element: of a brick's 512 values where an array has those. */
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
 #define SPRINGLS__SIZE(name, type, block, owner, member) sizeof(type) * (block),
@@ -3772,8 +3782,8 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
-   next used there (springls__to_device). */
+/* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
+   a kernel next uses it (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -3802,7 +3812,7 @@ SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
 #define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
     springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
 
-/* Two arrays of one element size change places, with their memory here and on the device. */
+/* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];
@@ -7473,7 +7483,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
-/* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -7513,10 +7523,11 @@ typedef struct springls__kernel_info {
     }
 
 /* ======== >>residency  (src/runtime/residency.h) =============================================================== */
-/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
-   about to read and write, and only that is brought here, once. */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
 
-/* How many elements of an array are in use. */
+/* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
     const springls__model *m = &ctx->model;
@@ -7526,7 +7537,7 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
     return used < all ? used : all;
 }
 
-/* Brings an array to the host or to the device. */
+/* Copies an array to the host or to the device. */
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -7537,8 +7548,8 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
-/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
-   from where it was. A failure when not even that can be: the model is lost. */
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
@@ -7557,8 +7568,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
-   False when *status is the result: of the device, or the failure to bring the model to the host. */
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
 SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
 {
     if (*status != SPRINGLS_DEVICE_FAILED) return false;
@@ -7567,7 +7578,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
     return *status == SPRINGLS_OK;
 }
 
-/* To be called before host code reads arrays of the model, or writes some of their elements. */
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -7583,7 +7594,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     return SPRINGLS_OK;
 }
 
-/* What a kernel may touch is on the device; what it writes is only there. */
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -7600,7 +7611,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     return SPRINGLS_OK;
 }
 
-/* The first bytes of an array, to be read here and then forgotten. */
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
@@ -7609,10 +7620,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* From now on kernels run on the device, where there is one: for stages. */
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Whatever the device has is of no use any more. */
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
@@ -7634,8 +7645,8 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
-/* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own
-   indices own, so results cannot depend on the number of workers. */
+/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
+   A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
 SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     if (count <= 0) return;
@@ -7659,7 +7670,7 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
-/* run.h - a kernel over all its elements, wherever the model lives. */
+/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
@@ -7686,7 +7697,7 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
     run->kernel->range(&run->ctx->model, run->args, begin, end);
 }
 
-/* args NULL: the kernel takes none. */
+/* Returns a kernel with its arguments; NULL: it takes none. */
 SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
 {
     springls__kernel_run run;
@@ -7697,13 +7708,15 @@ SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, 
     return run;
 }
 
-SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
+/* Starts a kernel on the device; fails when that cannot. */
+SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                                     const springls__arguments *args)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
     return ctx->backend->run(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
-/* Has the device done it? What it cannot do is done here. */
+/* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
 SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
@@ -7712,6 +7725,7 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
     return false;
 }
 
+/* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     springls__kernel_run run;
@@ -7721,7 +7735,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
 }
 
-/* How many of the first `count` bytes of an array are `value`. */
+/* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
     const uint8_t *flags;
@@ -7781,13 +7795,14 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__arr
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
-/* stage.h - the begin and end of every stage: time and trace hooks. */
+/* stage_clock.h - begins and ends every stage: its clock and the caller's trace. */
 
 #if defined(_OPENMP)
 #include <omp.h>
 #endif
 #include <time.h>
 
+/* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
     if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
@@ -7798,6 +7813,7 @@ SPRINGLS__FN double springls__now(const springls_context *ctx)
 #endif
 }
 
+/* Returns when the stage has begun, for springls__stage_end. */
 SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
 {
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
@@ -7821,20 +7837,20 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 }
 
 /* ======== >>resumable  (src/runtime/resumable.h) =============================================================== */
-/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
-   ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
-   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
-   ctx->work. A stage that knows no parts is one. */
+/* resumable.h - stages that can be left between two phases and resumed later.
+   A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
+   SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
+   ctx->work holds what one phase leaves for the next. A stage that does not look at the phase has one. */
 
-/* For the end of a part: another one follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
+/* Ends a phase: `phase` of the same stage follows. */
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
 {
-    ctx->work.phase = part;
+    ctx->work.phase = phase;
     ctx->work.pending = true;
     return SPRINGLS_OK;
 }
 
-/* ... all of another stage follows. */
+/* Ends the last phase of a stage: all phases of another stage follow. */
 SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
 {
     ctx->work.stage = stage;
@@ -7844,7 +7860,7 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* The loop that a part ends with. */
+/* Makes a task over [0, count) the loop that the phase ends with. */
 SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7856,7 +7872,7 @@ SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
+/* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
 SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
@@ -7873,6 +7889,7 @@ SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
     loop->task(loop->arg, loop->next + begin, loop->next + end);
 }
 
+/* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7881,10 +7898,10 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
     loop->next = loop->count;
 }
 
-/* Ranges of a smallest piece: some for each of a few threads. */
+/* Grains in the smallest piece: a few, so that a few threads share it. */
 enum { SPRINGLS__PIECE_GRAINS = 4 };
 
-/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+/* Runs as much of the loop as takes half of the time until `until`, at the pace of the piece before. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7897,7 +7914,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 
-/* Would the next piece take longer than there is? */
+/* Returns true when the smallest next piece would end after `until`. */
 SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
 {
     const springls__pieces *loop = &ctx->work.loop;
@@ -7905,7 +7922,7 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
     return !(springls__now(ctx) + next < until);
 }
 
-/* ---- stages in parts ---- */
+/* ---- phases ---- */
 
 SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
 {
@@ -7921,7 +7938,7 @@ SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
     return ctx->work.stage(ctx);
 }
 
-/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
     while (!springls__phases_done(ctx)) {
@@ -7934,7 +7951,7 @@ SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const doubl
     return SPRINGLS_OK;
 }
 
-/* All of a stage, which may be inside a part of another. */
+/* Runs all of a stage, also from inside a phase of another one. */
 SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
 {
     const springls__work outer = ctx->work;
@@ -7947,13 +7964,14 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
 
 /* ---- the step in progress ---- */
 
+/* Stops the clock of the step's stage at work. */
 SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
     if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
     ctx->step.stage = -1;
 }
 
-/* What is in progress is left as it is. */
+/* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
     if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
@@ -7962,14 +7980,13 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 }
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
-/* bvh.h - a bounding volume hierarchy over triangles: closest point, nearest ray hit, generalised winding number.
-   Built by median splits along the longest axis of the triangles' centroids, ties broken by index: the tree depends on the
-   triangles alone, and it is never deeper than log2(count). All queries are iterative and answer the same whatever was
-   known before. Scratch buffer 7 is the builder's. */
+/* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). The builder works in
+   scratch buffer 7. */
 
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
 
-/* triangle is -1 when nothing was found. t is the parameter along the ray, for ray queries only. */
+/* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
@@ -7993,7 +8010,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
-/* No triangles: keeps memory. */
+/* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
     surface->count = surface->given = surface->node_count = 0;
@@ -8001,6 +8018,7 @@ SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
     surface->source = NULL;
 }
 
+/* Returns whether item a comes before b along an axis. */
 SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
@@ -8030,7 +8048,7 @@ SPRINGLS__FN void springls__bvh_select(springls__bvh_item *items, int low, int h
     }
 }
 
-/* The axis along which the centroids of items [first, first+count) spread most. */
+/* Returns the axis along which the centroids of items [first, first+count) spread most. */
 SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, int count)
 {
     float lower[3], upper[3];
@@ -8046,6 +8064,7 @@ SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, 
     return axis;
 }
 
+/* Makes the nodes: splits in halves down to leaves of at most four triangles. */
 SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items)
 {
     int stack[SPRINGLS__BVH_STACK], top = 0;
@@ -8070,6 +8089,7 @@ SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_
     }
 }
 
+/* Computes the bounds of all nodes, children before their parents. */
 SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 {
     int n, i, k;
@@ -8098,7 +8118,7 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
-/* Memory for n triangles; the first `keep` and their nodes stay. */
+/* Makes room for n triangles; keeps the first `keep` and their nodes. */
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
@@ -8121,6 +8141,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     return springls__surface_room(ctx, surface, n, 0);
 }
 
+/* Builds the hierarchy of the first `count` triangles in surface->points. */
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
 {
     springls__bvh_item *items;
@@ -8142,7 +8163,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* The triangles of springls, which must be finite. */
+/* Makes a surface of the triangles of springls, which must be finite. */
 SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, springls__surface *surface,
                                                      const springls__springl *s, int count)
 {
@@ -8153,342 +8174,9 @@ SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, spri
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* ---- closest point ---- */
-
-SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
-{
-    float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
-    float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
-    float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
-    return dx * dx + dy * dy + dz * dz;
-}
-
-/* To the bounds of one triangle. */
-SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
-{
-    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
-                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
-    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
-                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
-    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
-                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
-    return dx * dx + dy * dy + dz * dz;
-}
-
 SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 {
     return springls__max(springls__max(springls__fabs(x.x), springls__fabs(x.y)), springls__fabs(x.z));
-}
-
-/* The triangle closest to x, the lowest index among equals, if it is not further than max_distance. `guess` is a triangle
-   that is probably close, or -1: it saves time and cannot change the answer, because boxes are only left out when they are
-   further than the best so far by more than all rounding errors. */
-SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls__surface *surface, springls__v3 x,
-                                                                  float max_distance, int guess)
-{
-    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
-    springls__surface_hit best;
-    float slack = 4e-6f * (surface->magnitude + springls__max_coordinate(x)), limit2;
-    int top = 0, i;
-    memset(&best, 0, sizeof best);
-    best.triangle = -1;
-    best.hit.d2 = max_distance < 1e18f ? max_distance * max_distance : FLT_MAX;
-    limit2 = max_distance < 1e18f ? (max_distance + slack) * (max_distance + slack) : FLT_MAX;
-    if (!surface->count) return best;
-    if (guess >= 0) {
-        springls__tri_hit h = springls__tri_closest(springls__surface_triangle(surface, guess), x);
-        if (h.d2 <= best.hit.d2) {
-            float d = springls__sqrt(h.d2) + slack;
-            best.triangle = guess;
-            best.hit = h;
-            limit2 = d * d;
-        }
-    }
-    stack[top].d2 = springls__bvh_box_distance2(&surface->nodes[0], x);
-    stack[top++].node = 0;
-    while (top) {
-        const springls__bvh_node *node = &surface->nodes[stack[--top].node];
-        if (stack[top].d2 > limit2) continue;
-        while (!node->count) { /* down to a leaf by the nearer child */
-            const springls__bvh_node *child = &surface->nodes[node->first];
-            float d0 = springls__bvh_box_distance2(&child[0], x), d1 = springls__bvh_box_distance2(&child[1], x);
-            int second = d0 <= d1; /* the one to be looked at later */
-            if ((second ? d1 : d0) <= limit2) {
-                stack[top].d2 = second ? d1 : d0;
-                stack[top++].node = node->first + second;
-            }
-            node = &child[!second];
-            if ((second ? d0 : d1) > limit2) break;
-        }
-        for (i = 0; i < node->count; i++) {
-            int triangle = surface->order[node->first + i];
-            springls__tri_hit h;
-            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) > limit2) continue;
-            h = springls__tri_closest(springls__surface_triangle(surface, triangle), x);
-            if (h.d2 < best.hit.d2 || (h.d2 == best.hit.d2 && (best.triangle < 0 || triangle < best.triangle))) {
-                float d = springls__sqrt(h.d2) + slack;
-                best.triangle = triangle;
-                best.hit = h;
-                limit2 = d * d;
-            }
-        }
-    }
-    return best;
-}
-
-SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__surface *surface, springls__v3 x,
-                                                             float max_distance)
-{
-    return springls__surface_closest_from(surface, x, max_distance, -1);
-}
-
-/* ---- all that are near ---- */
-
-/* A walk over the triangles of all leaves whose box comes within r of x. */
-typedef struct springls__near_walk {
-    const springls__surface *surface;
-    springls__v3 x;
-    float r;
-    int stack[SPRINGLS__BVH_STACK], top, next, end;
-} springls__near_walk;
-
-SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
-{
-    springls__near_walk walk;
-    walk.surface = surface;
-    walk.x = x;
-    walk.r = r;
-    walk.top = walk.next = walk.end = 0;
-    if (surface->count) walk.stack[walk.top++] = 0;
-    return walk;
-}
-
-/* The next triangle, or -1 at the end. */
-SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
-{
-    while (walk->next == walk->end) {
-        const springls__bvh_node *node;
-        if (!walk->top) return -1;
-        node = &walk->surface->nodes[walk->stack[--walk->top]];
-        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
-        if (node->count) {
-            walk->next = node->first;
-            walk->end = node->first + node->count;
-        } else {
-            walk->stack[walk->top++] = node->first + 1;
-            walk->stack[walk->top++] = node->first;
-        }
-    }
-    return walk->surface->order[walk->next++];
-}
-
-/* ---- rays ---- */
-
-/* A ray in the frame where its direction is (0, 0, 1): shearing keeps shared edges shared bit by bit, so that a ray
-   cannot slip between two triangles. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
-    int kx, ky, kz;
-    float sx, sy, sz;
-} springls__ray;
-
-SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
-{
-    springls__ray r;
-    int k;
-    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
-    for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
-        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
-    }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
-    return r;
-}
-
-/* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
-{
-    float t_in = 0.0f, t_out = t_max;
-    int k;
-    for (k = 0; k < 3; k++) {
-        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
-        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
-        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
-        t_in = springls__max(t_in, t0);
-        t_out = springls__min(t_out, t1);
-    }
-    *t = t_in;
-    return t_in <= t_out * 1.000002f;
-}
-
-/* Where the ray meets a triangle, from either side: t in [0, t_max], and the point by barycentric weights. */
-SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
-{
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
-    out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
-    return 1;
-}
-
-/* The first triangle that the ray x + t direction meets with 0 <= t <= t_max, the lowest index among equals. The direction
-   need not be a unit vector; a direction of no length meets nothing. */
-SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
-                                                         springls__v3 direction, float t_max)
-{
-    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
-    springls__surface_hit best, h;
-    springls__ray r;
-    float slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x)), t;
-    int top = 0, i;
-    memset(&best, 0, sizeof best);
-    best.triangle = -1;
-    best.t = t_max;
-    h = best;
-    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return best;
-    r = springls__ray_make(x, direction);
-    if (springls__ray_box(&r, &surface->nodes[0], slack, t_max, &t)) {
-        stack[top].t = t;
-        stack[top++].node = 0;
-    }
-    while (top) {
-        const springls__bvh_node *node = &surface->nodes[stack[--top].node];
-        if (stack[top].t > best.t * 1.000002f) continue;
-        if (!node->count) {
-            float t0 = 0.0f, t1 = 0.0f;
-            int hit0 = springls__ray_box(&r, &surface->nodes[node->first], slack, best.t, &t0);
-            int hit1 = springls__ray_box(&r, &surface->nodes[node->first + 1], slack, best.t, &t1);
-            int nearer = hit1 && (!hit0 || t1 < t0); /* pushed last, popped first */
-            if (hit0 && hit1) {
-                stack[top].t = nearer ? t0 : t1;
-                stack[top++].node = node->first + !nearer;
-            }
-            if (hit0 || hit1) {
-                stack[top].t = nearer ? t1 : t0;
-                stack[top++].node = node->first + nearer;
-            }
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int triangle = surface->order[node->first + i];
-            if (!springls__ray_triangle(&r, springls__surface_triangle(surface, triangle), best.t, &h)) continue;
-            if (h.t < best.t || best.triangle < 0 || triangle < best.triangle) {
-                best = h;
-                best.triangle = triangle;
-            }
-        }
-    }
-    return best;
-}
-
-/* ---- generalised winding number ---- */
-
-/* Sums up the directed areas of the nodes, once a surface; needed before springls__surface_winding. */
-SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
-{
-    int n, i, k;
-    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
-    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
-    for (n = surface->node_count - 1; n >= 0; n--) {
-        const springls__bvh_node *node = &surface->nodes[n];
-        springls__dipole *d = &surface->dipoles[n];
-        springls__v3 extent = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f;
-        int parts = node->count ? node->count : 2;
-        memset(d, 0, sizeof *d);
-        for (i = 0; i < parts; i++) {
-            springls__v3 center, area;
-            float w;
-            if (node->count) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                center = springls__tri_centroid(t);
-                area = springls__scale(springls__tri_area2(t), 0.5f);
-                w = springls__length(area);
-            } else {
-                center = surface->dipoles[node->first + i].center;
-                area = surface->dipoles[node->first + i].area;
-                w = surface->dipoles[node->first + i].weight;
-            }
-            d->area = springls__add(d->area, area);
-            d->center = springls__mad(d->center, center, w);
-            weight += w;
-        }
-        if (weight > 0.0f) d->center = springls__scale(d->center, 1.0f / weight);
-        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
-        d->weight = weight;
-        for (k = 0; k < 3; k++) {
-            float c = k == 0 ? d->center.x : k == 1 ? d->center.y : d->center.z;
-            float e = springls__max(c - node->lower[k], node->upper[k] - c);
-            if (k == 0) extent.x = e;
-            else if (k == 1) extent.y = e;
-            else extent.z = e;
-        }
-        d->radius2 = springls__length2(extent);
-    }
-    return SPRINGLS_OK;
-}
-
-/* How often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open one.
-   A node further away than `accuracy` times its radius counts as one directed area. */
-SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
-{
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    double sum = 0.0;
-    if (!surface->count) return 0.0f;
-    stack[top++] = 0;
-    while (top) {
-        int n = stack[--top];
-        const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        springls__v3 to = springls__sub(d->center, x);
-        float d2 = springls__length2(to);
-        if (d2 > accuracy * accuracy * d->radius2) {
-            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
-        } else if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-        } else {
-            for (i = 0; i < node->count; i++) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                sum += (double)springls__solid_angle(t, x);
-            }
-        }
-    }
-    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
 
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
@@ -8557,7 +8245,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
 }
 
 /* To be called after anything that adds, removes or replaces springls. */
@@ -8568,16 +8256,17 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 }
 
 /* ======== >>algorithms  (src/runtime/algorithms.h) ============================================================= */
-/* algorithms.h - sorting, union-find and hashing of plain numbers. */
+/* algorithms.h - sorts, joins and hashes plain numbers. */
 
+/* Compares two ints for qsort. */
 SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
 {
     int x = *(const int *)a, y = *(const int *)b;
     return (x > y) - (x < y);
 }
 
-/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
-   insertion where a few are left. */
+/* Sorts keys ascending, in place, in time proportional to their number: by radix exchange from the highest bit in use, and by
+   insertion where at most 16 are left. */
 SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
 {
     struct { size_t first, end; int bit; } range[65];
@@ -8615,14 +8304,14 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
-/* The root of i's tree in a forest of parents, which grows flatter. */
+/* Returns the root of i's tree in a forest, and shortens the paths on the way. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
 }
 
-/* FNV-1a over 32-bit words. */
+/* Continues a hash over an array of 32-bit words (FNV-1a). */
 SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
 {
     const unsigned char *p = (const unsigned char *)data;
@@ -8635,8 +8324,8 @@ SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t byt
     return hash;
 }
 
-/* Three words in one number, for hash tables whose size is a power of two. */
-SPRINGLS__FN size_t springls__mesh_hash(uint32_t a, uint32_t b, uint32_t c)
+/* Returns a hash of three words, for tables whose size is a power of two. */
+SPRINGLS__FN size_t springls__hash3(uint32_t a, uint32_t b, uint32_t c)
 {
     uint64_t h = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
     h ^= h >> 29;
@@ -8652,7 +8341,7 @@ SPRINGLS__FN uint32_t springls__float_bits(float x)
     return bits;
 }
 
-/* Slots of a hash table for that many entries: a power of two. */
+/* Returns the size of a hash table for that many entries: a power of two. */
 SPRINGLS__FN size_t springls__table_size(size_t entries)
 {
     size_t size = 16;
@@ -8811,9 +8500,9 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 }
 
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
-/* host_access.h - what calls that run on the host begin and end with. */
+/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
-/* Empty model, empty grid. */
+/* Empties the model and its grid; keeps memory and parameters. Abandons a step in progress. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     springls__abandon_step(ctx);
@@ -8829,14 +8518,15 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     springls__constellation_changed(ctx);
 }
 
-/* On failure the model is left empty. */
+/* Empties the model if `status` is a failure; returns it. */
 SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, springls_status status)
 {
     if (status != SPRINGLS_OK) springls__clear_model(ctx);
     return status;
 }
 
-/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
+/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the
+   model if that was lost. */
 SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
@@ -8849,16 +8539,16 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* From now on they run here, on all of the model: for inputs and queries. */
+/* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
     return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
                                                  writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
-/* Brings what is about to be read; it changes nothing that anybody can see. */
+/* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
 SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;
@@ -8866,18 +8556,19 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 }
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
-/* transform.h - between the voxels of a grid and the world. */
+/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* y = M x, M row-major 3x4. */
+/* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
 {
     int k;
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
-/* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
+   or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
     double m[12], det;
@@ -8912,14 +8603,14 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     return true;
 }
 
-/* A direction matrix of negative determinant turns triangles inside out on their way to the world. */
+/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
     const double *m = ctx->to_world;
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
 }
 
-/* The world's unit normal of a surface whose normal in voxels is n: by the transpose of world -> voxel. */
+/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
 SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
 {
     const double *m = ctx->to_voxel;
@@ -8930,7 +8621,7 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
         unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
 }
 
-/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
+/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
 SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
 {
     const double *m = ctx->to_voxel;
@@ -8955,6 +8646,7 @@ SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls
     world[2] = (float)x[2];
 }
 
+/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
 SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
 {
     const double *m = ctx->to_world;
@@ -8964,7 +8656,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamped far outside any model, so that the squares of distances stay finite. */
+/* Clamps far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
@@ -9500,7 +9192,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
 }
 
 /* ======== >>attribute_rows  (src/model/attribute_rows.h) ======================================================= */
-/* attribute_rows.h - storage of what springls carry besides themselves: a row of floats each. */
+/* attribute_rows.h - storage of attributes: each springl has a row of `channels` floats in each of them. */
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
@@ -9518,15 +9210,163 @@ SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int t
     if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
 }
 
+/* Makes room for `rows` rows; keeps the first `keep`. */
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
 {
     size_t row = (size_t)attribute->channels * sizeof(float);
     return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
 }
 
+/* Makes room for count elements in working memory `which`. */
 SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
+}
+
+/* ======== >>closest_point  (src/model/closest_point.h) ========================================================= */
+/* closest_point.h - finds the point of a surface that is closest to a place, and all triangles near it. */
+
+/* Returns the squared distance from x to the bounds of a node. */
+SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+{
+    float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
+    float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
+    float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* Returns the squared distance from x to the bounds of one triangle. */
+SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+{
+    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
+                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
+    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
+                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
+    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
+                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* A search for the closest triangle: the best so far, and the squared distance beyond which no box can hold a better one. */
+typedef struct springls__closest_search {
+    const springls__surface *surface;
+    springls__v3 x;
+    float slack, limit2;    /* slack: more than all rounding errors of a distance                               */
+    springls__surface_hit best;
+    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__closest_search;
+
+/* Takes the triangle if it is closer than the best, or as close and of a lower index. */
+SPRINGLS__FN void springls__closest_try(springls__closest_search *search, int triangle)
+{
+    springls__surface_hit *best = &search->best;
+    springls__tri_hit h = springls__tri_closest(springls__surface_triangle(search->surface, triangle), search->x);
+    if (h.d2 < best->hit.d2 || (h.d2 == best->hit.d2 && (best->triangle < 0 || triangle < best->triangle))) {
+        float d = springls__sqrt(h.d2) + search->slack;
+        best->triangle = triangle;
+        best->hit = h;
+        search->limit2 = d * d;
+    }
+}
+
+/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL where all below is too
+   far. */
+SPRINGLS__FN const springls__bvh_node *springls__closest_leaf(springls__closest_search *search, const springls__bvh_node *node)
+{
+    while (!node->count) {
+        const springls__bvh_node *child = &search->surface->nodes[node->first];
+        float d0 = springls__bvh_box_distance2(&child[0], search->x), d1 = springls__bvh_box_distance2(&child[1], search->x);
+        int further = d0 <= d1;
+        if ((further ? d0 : d1) > search->limit2) return NULL;
+        if ((further ? d1 : d0) <= search->limit2) {
+            search->stack[search->top].d2 = further ? d1 : d0;
+            search->stack[search->top++].node = node->first + further;
+        }
+        node = &child[!further];
+    }
+    return node;
+}
+
+/* Returns the point of the surface closest to x, if it is not further than max_distance; the lowest index among equals.
+   `guess` is a triangle that is probably close, or -1: it saves time and cannot change the result, because boxes are left out
+   only when they are further than the best so far by more than all rounding errors. */
+SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls__surface *surface, springls__v3 x,
+                                                                  float max_distance, int guess)
+{
+    springls__closest_search search;
+    const bool bounded = max_distance < 1e18f;
+    int i;
+    search.surface = surface;
+    search.x = x;
+    search.slack = 4e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.hit.d2 = bounded ? max_distance * max_distance : FLT_MAX;
+    search.limit2 = bounded ? (max_distance + search.slack) * (max_distance + search.slack) : FLT_MAX;
+    if (!surface->count) return search.best;
+    if (guess >= 0) springls__closest_try(&search, guess);
+    search.stack[0].d2 = springls__bvh_box_distance2(&surface->nodes[0], x);
+    search.stack[0].node = 0;
+    search.top = 1;
+    while (search.top) {
+        const springls__bvh_node *leaf;
+        search.top--;
+        if (search.stack[search.top].d2 > search.limit2) continue;
+        leaf = springls__closest_leaf(&search, &surface->nodes[search.stack[search.top].node]);
+        for (i = 0; leaf && i < leaf->count; i++) {
+            int triangle = surface->order[leaf->first + i];
+            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) <= search.limit2)
+                springls__closest_try(&search, triangle);
+        }
+    }
+    return search.best;
+}
+
+SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__surface *surface, springls__v3 x,
+                                                             float max_distance)
+{
+    return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all triangles that are near ---- */
+
+/* A walk over the triangles of all leaves whose bounds come within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* Returns the next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ======== >>interpolation  (src/model/interpolation.h) ========================================================= */
@@ -9534,31 +9374,34 @@ SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int
 
 enum { SPRINGLS__MAX_SOURCES = 24 };
 
-/* index[0] has the nearest correspondence. */
+/* The springls that a value is interpolated from; index[0] has the nearest correspondence. */
 typedef struct springls__interpolation_sources {
     int index[SPRINGLS__MAX_SOURCES], count;
-    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* squared distance of correspondences */
+    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* d2: squared distance of correspondences  */
 } springls__interpolation_sources;
 
 typedef struct springls__interpolation_search {
-    const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
-    const springls__v3 *a;         /* and this their correspondences                        */
-    int known;                     /* how many have values                                  */
+    const springls_context *ctx;   /* its springl_surface has the triangles of the springls with values         */
+    const springls__v3 *a;         /* their correspondences                                                     */
+    int known;                     /* how many they are                                                         */
 } springls__interpolation_search;
 
-SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *donors, int index, float d2)
+/* Adds a springl unless there are enough of nearer ones. Keeps ascending order, equals by index. */
+SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *sources, int index, float d2)
 {
-    int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__MAX_SOURCES
-        && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
-    i = donors->count < SPRINGLS__MAX_SOURCES ? donors->count++ : last;
-    for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
-        donors->d2[i] = donors->d2[i - 1];
-        donors->index[i] = donors->index[i - 1];
+    int i, last = sources->count - 1;
+    if (sources->count == SPRINGLS__MAX_SOURCES
+        && (sources->d2[last] < d2 || (sources->d2[last] == d2 && sources->index[last] < index))) return;
+    i = sources->count < SPRINGLS__MAX_SOURCES ? sources->count++ : last;
+    for (; i > 0 && (sources->d2[i - 1] > d2 || (sources->d2[i - 1] == d2 && sources->index[i - 1] > index)); i--) {
+        sources->d2[i] = sources->d2[i - 1];
+        sources->index[i] = sources->index[i - 1];
     }
-    donors->d2[i] = d2;
-    donors->index[i] = index;
+    sources->d2[i] = d2;
+    sources->index[i] = index;
 }
+
+/* ---- weights ---- */
 
 /* Solves the symmetric positive 3x3 system m x = b. */
 SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3])
@@ -9576,112 +9419,153 @@ SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3
     }
 }
 
-/* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
+/* A plane of values fitted to weighted sources: the sum of their weights, the mean of their places, and the slope at them. */
 typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
 
-SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *donors, double r[SPRINGLS__MAX_SOURCES][3])
+SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *sources,
+                                                           double r[SPRINGLS__MAX_SOURCES][3])
 {
-    const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
+    const double ridge = 1e-4; /* across the original surface, where the sources have no extent */
     springls__plane plane;
     double m[3][3], trace;
     int i, j, k;
     memset(&plane, 0, sizeof plane);
     memset(m, 0, sizeof m);
-    for (i = 0; i < donors->count; i++) {
-        plane.weight += (double)donors->weight[i];
-        for (k = 0; k < 3; k++) plane.mean[k] += (double)donors->weight[i] * r[i][k];
+    for (i = 0; i < sources->count; i++) {
+        plane.weight += (double)sources->weight[i];
+        for (k = 0; k < 3; k++) plane.mean[k] += (double)sources->weight[i] * r[i][k];
     }
     for (k = 0; k < 3; k++) plane.mean[k] /= plane.weight;
-    for (i = 0; i < donors->count; i++)
+    for (i = 0; i < sources->count; i++)
         for (j = 0; j < 3; j++)
-            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
+            for (k = 0; k < 3; k++)
+                m[j][k] += (double)sources->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
     trace = m[0][0] + m[1][1] + m[2][2];
     for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * plane.weight;
     springls__solve3(m, plane.mean, plane.slope);
     return plane;
 }
 
-/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a,
-   exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
-   again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
-   values, and stays within their range. */
-SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *donors, const springls__v3 *places, springls__v3 a)
+/* Sets weights that fall with distance, and each source's place relative to a. */
+SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a, double r[SPRINGLS__MAX_SOURCES][3])
 {
-    double r[SPRINGLS__MAX_SOURCES][3], lean[SPRINGLS__MAX_SOURCES], limit = 1.0, below, lowest = 0.0;
-    float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
-    springls__plane plane;
-    int i, k, left = donors->count, worst;
-    for (i = 0; i < donors->count; i++) {
-        float t = donors->d2[i] / range2;
-        springls__v3 d = springls__sub(places[donors->index[i]], a);
-        donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+    float range2 = 1.1f * sources->d2[sources->count - 1] + 1e-6f;
+    int i;
+    for (i = 0; i < sources->count; i++) {
+        float t = sources->d2[i] / range2;
+        springls__v3 d = springls__sub(places[sources->index[i]], a);
+        sources->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
-    do {
-        plane = springls__interpolation_plane(donors, r);
-        worst = -1;
-        for (i = 0; i < donors->count; i++) {
-            lean[i] = 0.0;
-            for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
-            if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
-            below = (double)donors->weight[i] * (lean[i] - 1.0);
-            if (worst >= 0 && below <= lowest) continue;
-            lowest = below;
-            worst = i;
-        }
-        if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
-    } while (worst >= 0 && left-- > 3);
-    for (i = 0; i < donors->count; i++)
-        if (donors->weight[i] > 0.0f && lean[i] * limit > 1.0) limit = 1.0 / lean[i];
-    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
 }
 
-/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
-   are none on this side, the nearest of all. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
-                                                  springls__v3 a, float reach)
+/* Finds how much the plane's slope takes from each source: more than 1 makes its weight negative. Returns the source whose
+   weight is the most negative one, or -1. */
+SPRINGLS__FN int springls__interpolation_worst(const springls__interpolation_sources *sources, const springls__plane *plane,
+                                               double r[SPRINGLS__MAX_SOURCES][3], double taken[SPRINGLS__MAX_SOURCES])
+{
+    double lowest = 0.0;
+    int i, k, worst = -1;
+    for (i = 0; i < sources->count; i++) {
+        double below;
+        taken[i] = 0.0;
+        for (k = 0; k < 3; k++) taken[i] += plane->weight * (r[i][k] - plane->mean[k]) * plane->slope[k];
+        if (sources->weight[i] == 0.0f || taken[i] <= 1.0) continue;
+        below = (double)sources->weight[i] * (taken[i] - 1.0);
+        if (worst >= 0 && below <= lowest) continue;
+        lowest = below;
+        worst = i;
+    }
+    return worst;
+}
+
+/* Sets the weights of moving least squares of degree 1 at the correspondence a: the weighted sum of values is that of the fitted
+   plane at a, exact for linear functions. A source that would get a negative weight is left out, the worst first, while more
+   than three are left; then the slope is reduced. So the result is a mean of values, and stays within their range. */
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a)
+{
+    double r[SPRINGLS__MAX_SOURCES][3], taken[SPRINGLS__MAX_SOURCES], limit = 1.0;
+    springls__plane plane;
+    int i, left = sources->count, worst;
+    springls__interpolation_begin(sources, places, a, r);
+    do {
+        plane = springls__interpolation_plane(sources, r);
+        worst = springls__interpolation_worst(sources, &plane, r, taken);
+        if (worst >= 0 && left > 3) sources->weight[worst] = 0.0f;
+    } while (worst >= 0 && left-- > 3);
+    for (i = 0; i < sources->count; i++)
+        if (sources->weight[i] > 0.0f && taken[i] * limit > 1.0) limit = 1.0 / taken[i];
+    for (i = 0; i < sources->count; i++) sources->weight[i] *= (float)((1.0 - limit * taken[i]) / plane.weight);
+}
+
+/* ---- sources ---- */
+
+/* Finds the springls within a radius of x that face the same way as n. stretch: model units in the longest spacing. */
+SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
+                                           springls__v3 a, float radius, float stretch,
+                                           springls__interpolation_sources *sources)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
-    const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
-    springls__interpolation_sources donors;
-    float radius = 2.5f * springls__max(1.0f, reach), further2;
-    int attempt, j;
-    donors.count = 0;
-    for (attempt = 0; attempt < 4 && donors.count < 3; attempt++, radius *= 2.0f) {
-        springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
-        donors.count = 0;
-        while ((j = springls__near_walk_next(&walk)) >= 0) {
-            springls__tri t;
-            if (j >= search->known) continue;
-            t = springls__surface_triangle(surface, j);
-            if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
-            if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-            springls__interpolation_sources_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
-        }
+    const float alike = 0.3f; /* cosine */
+    springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
+    int j;
+    sources->count = 0;
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__tri t;
+        if (j >= search->known) continue;
+        t = springls__surface_triangle(surface, j);
+        if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
+        if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
+        springls__interpolation_sources_add(sources, j, springls__length2(springls__sub(search->a[j], a)));
     }
-    if (donors.count == 0) {
-        springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
-        float best = FLT_MAX;
-        while ((j = springls__near_walk_next(&walk)) >= 0) {
-            float d2;
-            if (j >= search->known) continue;
-            d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
-            if (d2 > best || (d2 == best && donors.count && j > donors.index[0])) continue;
-            best = d2;
-            donors.index[0] = j;
-            donors.count = 1;
-        }
-        donors.d2[0] = 0.0f;
-    }
-    radius = 2.5f * springls__max(1.0f, reach);
-    further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
-    while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
-    if (donors.count) springls__interpolation_weigh(&donors, search->a, a);
-    return donors;
 }
 
-/* donors of a springl that is there now. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
+/* Finds the springl nearest to x, whichever way it faces. */
+SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search *search, springls__v3 x,
+                                           springls__interpolation_sources *sources)
+{
+    const springls__surface *surface = &search->ctx->springl_surface;
+    springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+    float best = FLT_MAX;
+    int j;
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        float d2;
+        if (j >= search->known) continue;
+        d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
+        if (d2 > best || (d2 == best && sources->count && j > sources->index[0])) continue;
+        best = d2;
+        sources->index[0] = j;
+        sources->count = 1;
+    }
+    sources->d2[0] = 0.0f;
+}
+
+/* Returns the springls around x that face the same way as n (both in model coordinates), those with the correspondences nearest
+   to a, with their weights. bounding_radius: of the springl at x, voxels. Where none face that way, the nearest of all. */
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search,
+                                                                                springls__v3 x, springls__v3 n, springls__v3 a,
+                                                                                float bounding_radius)
+{
+    const float near_radius = 2.5f * springls__max(1.0f, bounding_radius);
+    const float stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
+    springls__interpolation_sources sources;
+    float radius = near_radius, further2;
+    int attempt;
+    sources.count = 0;
+    for (attempt = 0; attempt < 4 && sources.count < 3; attempt++, radius *= 2.0f)
+        springls__sources_facing(search, x, n, a, radius, stretch, &sources);
+    if (sources.count == 0) springls__nearest_source(search, x, &sources);
+    further2 = 2.0f * sources.d2[0] + 16.0f * near_radius * near_radius; /* beyond it: from another part of the original */
+    while (sources.count > 1 && sources.d2[sources.count - 1] > further2) sources.count--;
+    if (sources.count) springls__interpolation_weigh(&sources, search->a, a);
+    return sources;
+}
+
+/* Returns the sources at the place of springl i. */
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(
+    const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -9689,44 +9573,47 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
     t.a = springls__voxel_to_model(ctx, s.q[0]);
     t.b = springls__voxel_to_model(ctx, s.q[1]);
     t.c = springls__voxel_to_model(ctx, s.q[2]);
-    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.bounding_radius);
+    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t),
+                                              ctx->model.set.a[i], s.bounding_radius);
 }
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *donors, float *out)
+/* ---- values ---- */
+
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+                                             const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
-    for (i = 0; i < donors->count; i++)
+    for (i = 0; i < sources->count; i++)
         for (c = 0; c < attribute->channels; c++)
-            out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+            out[c] += sources->weight[i] * springls__attribute_row(attribute, sources->index[i])[c];
 }
 
-/* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *donors, bool blend,
-                                         float *out)
+/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
+                                              const springls__interpolation_sources *sources, bool blend, float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
-    if (donors->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__interpolate_rows(attribute, donors, out);
-    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
+    if (sources->count == 0) memset(out, 0, bytes);
+    else if (blend) springls__interpolate_rows(attribute, sources, out);
+    else memcpy(out, springls__attribute_row(attribute, sources->index[0]), bytes);
 }
 
 /* ======== >>springl_surface  (src/model/springl_surface.h) ===================================================== */
-/* springl_surface.h - the hierarchy over the triangles of the springls.
+/* springl_surface.h - the hierarchy over the triangles of the springls, in model coordinates: the axes of the world, the grid's
+   origin at zero, the smallest spacing as the unit. So distances are those of the world for every spacing and direction, and a
+   far origin costs no digits. */
 
-   The model's triangles are kept in a hierarchy of their own, in "model" coordinates: the world's axes, the grid's origin
-   at zero, the smallest spacing as the unit. So distances are the world's whatever the grid's spacing and direction, and
-   no digits are lost to a far origin. It is built again by the first query after the springls have moved. */
-
-SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
+/* Builds the hierarchy if springls have moved since it was built. */
+SPRINGLS__FN springls_status springls__springl_surface_refresh(springls_context *ctx)
 {
     int i, m;
-    if (ctx->model_fresh) return SPRINGLS_OK;
+    if (ctx->springl_surface_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->springl_surface, ctx->model.set.count));
     for (i = 0; i < ctx->model.set.count; i++)
         for (m = 0; m < 3; m++) ctx->springl_surface.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->model.set.s[i].q[m]);
     SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->springl_surface, ctx->model.set.count));
-    ctx->model_fresh = true;
+    ctx->springl_surface_fresh = true;
     return SPRINGLS_OK;
 }
 
@@ -9755,7 +9642,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
     return SPRINGLS_OK;
 }
@@ -9867,7 +9754,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.search.ctx = ctx;
@@ -9947,7 +9834,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
     job.fate = springls__contract_action(&ctx->model);
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
@@ -10329,10 +10216,10 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 }
 
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
-/* neighbors.h - lists of neighbours (section 4.8). */
+/* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
+/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
@@ -10372,7 +10259,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
@@ -10655,7 +10542,7 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
     springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
@@ -11320,18 +11207,17 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return springls__lock_components(ctx, &parts, &kinship);
 }
 
-/* ======== >>step  (src/solver/step.h) ========================================================================== */
-/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
-   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
+/* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
 
-/* ---- what the rows ask ---- */
+/* ---- conditions of entries ---- */
 
 SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
 {
     return iteration % ctx->model.params.resample_period == 0;
 }
 
-/* Volumes are to be locked, and nobody knows them yet. */
+/* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
     return ctx->model.params.volume_lock && ctx->locked_count == 0;
@@ -11339,54 +11225,71 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
-/* contract will ask for phi as it was before the springls moved. */
+/* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
     return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
+
 SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
 {
     return ctx->step.resamples && !ctx->model.params.resample_last;
 }
+
 SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 {
     return ctx->step.resamples && ctx->model.params.resample_last;
 }
+
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls; }
+
+SPRINGLS__FN bool springls__carries(const springls_context *ctx)
+{
+    return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls;
+}
+
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
-/* After eq. 23; carrying phi along has projected it already. */
+/* Returns true when phi is to be projected after eq. 23. Carrying phi along projects it too, unless eq. 23 follows. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
 {
     return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
 }
 
-/* ---- what is done between stages ---- */
+/* ---- between stages ---- */
 
 enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 
-/* The rest of a step is cut into parts as equal as the force allows. */
+/* Returns in *dt the length of the next sub-step: the time that is left, cut into parts as equal as the force permits. Fails
+   when the step needs too many sub-steps, or one so short that the time does not change. */
+SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, float *dt)
+{
+    springls__stepping *step = &ctx->step;
+    *dt = step->longest_substep;
+    if (step->time_left <= 0.0f) return SPRINGLS_OK;
+    *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
+    if (ctx->time + (double)*dt == ctx->time)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+    if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                              SPRINGLS__MAX_SUBSTEPS);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    float dt = step->longest_substep;
-    if (step->time_left > 0.0f) {
-        dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
-        if (ctx->time + (double)dt == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
-                                  (double)dt);
-        if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
-                                  SPRINGLS__MAX_SUBSTEPS);
-    }
+    float dt;
+    SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
@@ -11397,7 +11300,7 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Springls have moved. */
+/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
@@ -11409,21 +11312,23 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Springls may have come too far for phi to be carried along. */
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float way;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
+    float displacement;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
-/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
+/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
+   closes the gaps between them. */
 SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
+        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
@@ -11433,10 +11338,54 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
+/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
 
-/* ---- the algorithms ---- */
+/* Decides whether the step is cut into sub-steps, and how long the first one may be. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->time_left = 0.0f;
+    step->longest_substep = desc->dt;
+    step->next = step->algorithm;
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MAX_SUBSTEPS);
+    step->time_left = desc->dt;
+    step->end_time = ctx->time + (double)desc->dt;
+    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
 
+/* ---- the tables ---- */
+
+/* Entries: DO has no clock, STAGE has that of its stage; _IF: only where the condition is true. */
 #define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
 #define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
 #define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
@@ -11450,7 +11399,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
-/* The level set follows the springls. */
+/* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
     SPRINGLS__DO(springls__follow_begin),                                                    \
     SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
@@ -11464,6 +11413,8 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
     SPRINGLS__DO(springls__substep_end)
+
+static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
 
 static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
@@ -11501,60 +11452,6 @@ static const springls__step_entry springls__advect_only[] = {
     SPRINGLS__DO(springls__substep_end)
 };
 
-SPRINGLS__FN void springls__first_entry(springls_context *ctx)
-{
-    ctx->step.next = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
-                    : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
-                                                              : springls__advect_only;
-}
-
-/* Is there another sub-step? The next one is as long as the last one permitted. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        springls__first_entry(ctx);
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
-/* How the step is cut into sub-steps: left is 0 where it is not. */
-SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    const springls_step_desc *desc = &step->desc;
-    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->time_left = 0.0f;
-    step->longest_substep = desc->dt;
-    springls__first_entry(ctx);
-    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
-    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
-        return SPRINGLS_OK;
-    }
-    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
-                              SPRINGLS__MAX_SUBSTEPS);
-    step->time_left = desc->dt;
-    step->end_time = ctx->time + (double)desc->dt;
-    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
-    return SPRINGLS_OK;
-}
-
-static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
-
 #undef SPRINGLS__DO
 #undef SPRINGLS__DO_IF
 #undef SPRINGLS__STAGE
@@ -11566,9 +11463,12 @@ static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__pl
 #undef SPRINGLS__FOLLOW
 #undef SPRINGLS__END_SUBSTEP
 
-/* ---- from entry to entry ---- */
+SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
+{
+    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+}
 
-/* The entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
+/* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
 SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
 {
     for (;; entry++) {
@@ -11579,6 +11479,10 @@ SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_cont
         if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
     }
 }
+
+/* ======== >>step  (src/solver/step.h) ========================================================================== */
+/* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
+   any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
 
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
@@ -11591,7 +11495,7 @@ SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
     springls__begin_phases(ctx, entry->run);
 }
 
-/* Goes on with the stage at work. Its clock stands still while nobody does. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count as its. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
@@ -11604,7 +11508,7 @@ SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const
     return status;
 }
 
-/* Goes on with the step in progress for a while; NULL: to its end. */
+/* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
     springls_status status = SPRINGLS_OK;
@@ -11620,6 +11524,7 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return springls__report_device_failure(ctx, status);
 }
 
+/* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -11639,6 +11544,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
+    ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
     ctx->step.active = true;
@@ -11670,7 +11576,7 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
 {
-    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
+    const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
@@ -11693,9 +11599,9 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 }
 
 /* ======== >>stage_calls  (src/solver/stage_calls.h) ============================================================ */
-/* stage_calls.h - the public calls of single stages. A step in progress is finished first. */
+/* stage_calls.h - the public calls of single stages. Each ends a step in progress first. */
 
-/* Runs one stage under its clock: the body of every public stage call. */
+/* Runs one stage under its clock. */
 SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
 {
     springls_status status;
@@ -11770,7 +11676,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 }
 
 /* ======== >>parameter_sets  (src/model/parameter_sets.h) ======================================================= */
-/* params.h - the two parameter sets. */
+/* parameter_sets.h - the two parameter sets, and the ranges of their members. */
 
 enum { SPRINGLS__COOKIE = 0x53504731 };
 
@@ -11854,7 +11760,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
-/* NULL when every member is in range, else the name of the first that is not. */
+/* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
 #define SPRINGLS__IN(member, low, high) \
@@ -11911,7 +11817,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 }
 
 /* ======== >>create  (src/lifecycle/create.h) =================================================================== */
-/* context.h - the life cycle. */
+/* create.h - the life cycle of a context, its parameters, and texts about the library. */
 
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
@@ -11931,47 +11837,61 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
     return status;
 }
 
-SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+/* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, springls_context *ctx)
 {
-    springls_context *ctx;
-    springls_allocator allocator;
-    springls_params params;
-    springls_status status;
-    double to_world[12], to_voxel[12];
     int axis;
-    if (out) *out = NULL;
-    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is shorter than 4 voxels");
-    if (!springls__grid_transform(&desc->grid, to_world, to_voxel))
-        return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is longer than 4096, or spacing or direction is not usable");
-    params = desc->params ? *desc->params : springls_default_params();
-    if (springls__params_fault(&params)) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, springls__params_fault(&params));
-    if (desc->max_springls < 0) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: max_springls is negative");
-    allocator = desc->allocator;
-    if (!allocator.alloc) {
-        allocator.alloc = springls__malloc;
-        allocator.free = springls__free;
-    }
-    if (!allocator.free) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: the allocator has no free");
-    ctx = (springls_context *)allocator.alloc(sizeof *ctx, allocator.user);
-    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
-    memset(ctx, 0, sizeof *ctx);
-    ctx->memory_used = sizeof *ctx;
-    ctx->desc = *desc;
-    ctx->desc.params = NULL;
-    ctx->backend = desc->backend;
-    ctx->desc.allocator = allocator;
-    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
-    ctx->model.params = params;
-    memcpy(ctx->to_world, to_world, sizeof to_world);
-    memcpy(ctx->to_voxel, to_voxel, sizeof to_voxel);
+        if (desc->grid.size[axis] < 4) return "create: a grid side is shorter than 4 voxels";
+    if (!springls__grid_transform(&desc->grid, ctx->to_world, ctx->to_voxel))
+        return "create: a grid side is longer than 4096, or spacing or direction is not usable";
+    ctx->model.params = desc->params ? *desc->params : springls_default_params();
+    if (springls__params_fault(&ctx->model.params)) return springls__params_fault(&ctx->model.params);
+    if (desc->max_springls < 0) return "create: max_springls is negative";
+    if (desc->allocator.alloc && !desc->allocator.free) return "create: the allocator has no free";
+    return NULL;
+}
+
+/* Finds the shortest and the longest step between voxels, in world units. */
+SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
+{
+    const double *m = ctx->to_world;
+    int axis;
     for (axis = 0; axis < 3; axis++) {
-        springls__v3 column = springls__v3_make((float)to_world[axis], (float)to_world[4 + axis], (float)to_world[8 + axis]);
-        float spacing = springls__length(column);
+        float spacing = springls__length(springls__v3_make((float)m[axis], (float)m[4 + axis], (float)m[8 + axis]));
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+}
+
+/* Copies a checked description, with its defaults filled in. */
+SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+{
+    ctx->desc = *desc;
+    ctx->desc.params = NULL;
+    ctx->backend = desc->backend;
+    if (!ctx->desc.allocator.alloc) {
+        ctx->desc.allocator.alloc = springls__malloc;
+        ctx->desc.allocator.free = springls__free;
+    }
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    springls__measure_spacing(ctx);
+}
+
+SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+{
+    springls_context *ctx, made;
+    const char *fault;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    memset(&made, 0, sizeof made);
+    fault = springls__desc_fault(desc, &made);
+    if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
+    springls__adopt_desc(&made, desc);
+    ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    *ctx = made;
     status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
         springls_destroy(ctx);
@@ -12218,24 +12138,102 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 }
 
 /* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads an indexed mesh of the caller's. */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
 
-/* Position i of an array with `stride` bytes between two. */
+/* Returns position i of an array whose positions are `stride` bytes apart. */
 SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
 {
     return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
 }
 
-/* The half-edge that follows in the triangle: half-edge h runs from corner h % 3 of triangle h / 3. */
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
 SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
 
+/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
+/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
+
+/* One triangle of a leaf, or one child of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+{
+    springls__dipole d;
+    springls__tri t;
+    if (!node->count) return surface->dipoles[node->first + i];
+    memset(&d, 0, sizeof d);
+    t = springls__surface_triangle(surface, surface->order[node->first + i]);
+    d.center = springls__tri_centroid(t);
+    d.area = springls__scale(springls__tri_area2(t), 0.5f);
+    d.weight = springls__length(d.area);
+    return d;
+}
+
+/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
+SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
+{
+    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
+                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
+                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
+}
+
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
+{
+    int n, i;
+    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
+    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
+        const springls__bvh_node *node = &surface->nodes[n];
+        springls__dipole *d = &surface->dipoles[n];
+        memset(d, 0, sizeof *d);
+        for (i = 0; i < (node->count ? node->count : 2); i++) {
+            springls__dipole part = springls__dipole_part(surface, node, i);
+            d->area = springls__add(d->area, part.area);
+            d->center = springls__mad(d->center, part.center, part.weight);
+            d->weight += part.weight;
+        }
+        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
+        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
+        d->radius2 = springls__dipole_radius2(node, d->center);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
+   one. A node further away than `accuracy` times its radius counts as one directed area. */
+SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
+{
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    double sum = 0.0;
+    if (!surface->count) return 0.0f;
+    stack[top++] = 0;
+    while (top) {
+        int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        springls__v3 to = springls__sub(d->center, x);
+        float d2 = springls__length2(to);
+        if (d2 > accuracy * accuracy * d->radius2) {
+            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
+        } else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++) {
+                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
+                sum += (double)springls__solid_angle(t, x);
+            }
+        }
+    }
+    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
+}
+
 /* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
-/* mesh_distance.h - the signed distance to a triangle mesh: size from the hierarchy, sign from the winding number. */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced;
-    float band; /* where phi is clamped */
+    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
 SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
@@ -12245,8 +12243,8 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
-   winding number does not count, so that phi is the plain distance away from holes. */
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
 SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
     float w;
@@ -12260,9 +12258,9 @@ SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springl
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
 
-/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
-   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
                                         float distance, float *side)
 {
     static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
@@ -12282,30 +12280,30 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
     return known;
 }
 
-/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
-   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
-   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool learn = voxels || m->balanced;
+    bool reuse = voxels || m->balanced;
     float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
-        bool asked = false;
-        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            asked = side == 0.0f;
-            if (asked) side = springls__mesh_side(m, points[i]);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;
     }
 }
@@ -12847,7 +12845,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
             upper[k] = springls__max(upper[k], x[k]);
         }
         m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        slot = springls__mesh_hash(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
+        slot = springls__hash3(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
         for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
             springls__v3 other = m->point[m->table[slot]];
             if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
@@ -12882,7 +12880,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     for (h = 0; h < 3 * m->count; h++) {
         int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
         springls__mesh_edge *edge;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 0u) & mask;
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
         while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
             slot = (slot + 1) & mask;
         if (m->table[slot] < 0) {
@@ -13299,7 +13297,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = ctx->model.set.count;
@@ -13737,6 +13735,160 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__report_device_failure(ctx, status);
 }
 
+/* ======== >>ray  (src/model/ray.h) ============================================================================= */
+/* ray.h - finds the first point in which a ray meets a surface. */
+
+/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
+   both, so that a ray cannot slip between them. */
+typedef struct springls__ray {
+    float origin[3], direction[3], inverse[3];
+    int kx, ky, kz;
+    float sx, sy, sz;
+} springls__ray;
+
+SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
+{
+    springls__ray r;
+    int k;
+    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
+    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    for (k = 0; k < 3; k++) {
+        float d = r.direction[k];
+        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
+    }
+    r.kz = 0;
+    for (k = 1; k < 3; k++)
+        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
+    r.kx = (r.kz + 1) % 3;
+    r.ky = (r.kz + 2) % 3;
+    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
+    r.sz = 1.0f / r.direction[r.kz];
+    r.sx = r.direction[r.kx] * r.sz;
+    r.sy = r.direction[r.ky] * r.sz;
+    return r;
+}
+
+/* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
+   missed by rounding. */
+SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+{
+    float t_in = 0.0f, t_out = t_max;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
+        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
+        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
+        t_in = springls__max(t_in, t0);
+        t_out = springls__min(t_out, t1);
+    }
+    *t = t_in;
+    return t_in <= t_out * 1.000002f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
+{
+    double p[3][3], u, v, w, det, t;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - (double)r->origin[0];
+        d[1] = (double)q.y - (double)r->origin[1];
+        d[2] = (double)q.z - (double)r->origin[2];
+        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
+        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
+        p[m][2] = (double)r->sz * d[r->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
+    det = u + v + w;
+    if (det == 0.0) return 0;
+    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    out->t = (float)t;
+    out->hit.bary[0] = (float)(u / det);
+    out->hit.bary[1] = (float)(v / det);
+    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
+    out->hit.point = springls__v3_make(
+        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
+        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
+        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    return 1;
+}
+
+/* A search for the first triangle that a ray meets, in [0, best.t]. */
+typedef struct springls__ray_search {
+    const springls__surface *surface;
+    springls__ray ray;
+    float slack;
+    springls__surface_hit best;
+    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__ray_search;
+
+/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
+SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
+{
+    const springls__bvh_node *child = &search->surface->nodes[node->first];
+    float t0 = 0.0f, t1 = 0.0f;
+    int hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
+    int hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
+    int nearer = hit1 && (!hit0 || t1 < t0);
+    if (hit0 && hit1) {
+        search->stack[search->top].t = nearer ? t0 : t1;
+        search->stack[search->top++].node = node->first + !nearer;
+    }
+    if (hit0 || hit1) {
+        search->stack[search->top].t = nearer ? t1 : t0;
+        search->stack[search->top++].node = node->first + nearer;
+    }
+}
+
+/* Takes the triangles of a leaf that the ray meets earlier than the best, or as early and of a lower index. */
+SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const springls__bvh_node *leaf)
+{
+    springls__surface_hit h = search->best;
+    int i;
+    for (i = 0; i < leaf->count; i++) {
+        int triangle = search->surface->order[leaf->first + i];
+        springls__tri t = springls__surface_triangle(search->surface, triangle);
+        if (!springls__ray_triangle(&search->ray, t, search->best.t, &h)) continue;
+        if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
+            search->best = h;
+            search->best.triangle = triangle;
+        }
+    }
+}
+
+/* Returns the first point in which the ray x + t direction meets the surface with 0 <= t <= t_max, the lowest index among equals.
+   The direction need not be a unit vector; one of no length meets nothing. */
+SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
+                                                         springls__v3 direction, float t_max)
+{
+    springls__ray_search search;
+    search.surface = surface;
+    search.slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.t = t_max;
+    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return search.best;
+    search.ray = springls__ray_make(x, direction);
+    search.top = springls__ray_box(&search.ray, &surface->nodes[0], search.slack, t_max, &search.stack[0].t) ? 1 : 0;
+    search.stack[0].node = 0;
+    while (search.top) {
+        const springls__bvh_node *node;
+        search.top--;
+        if (search.stack[search.top].t > search.best.t * 1.000002f) continue;
+        node = &surface->nodes[search.stack[search.top].node];
+        if (node->count) springls__ray_try_leaf(&search, node);
+        else springls__ray_descend(&search, node);
+    }
+    return search.best;
+}
+
 /* ======== >>query  (src/output/query.h) ======================================================================== */
 /* query.h - questions about the model, in world coordinates, in batches. */
 
@@ -14000,7 +14152,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&q, 0, sizeof q);
     q.ctx = ctx;
     q.points = points;
@@ -14016,7 +14168,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     q.ctx = ctx;
     q.points = origins;
     q.directions = directions;
@@ -14238,7 +14390,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
-        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
+        slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
                                    springls__float_bits(p[2] + 0.0f)) & (size - 1);
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
@@ -14256,7 +14408,7 @@ SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, in
     for (i = 0; i < corners; i++) neighbors[i] = -1;
     for (i = 0; i < corners; i++) {
         int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
         for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
             int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
             if ((c == a && d == b) || (c == b && d == a)) break;
@@ -14330,11 +14482,11 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
 }
 
 /* ======== >>mesh_measure  (src/model/mesh_measure.h) =========================================================== */
-/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+/* mesh_measure.h - measures an indexed triangle mesh, and counts its faults. Allocates nothing. */
 
 typedef struct springls__mesh_report {
-    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
-                                  does it mean something                                                        */
+    double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
+                                  unbalanced edges                                                              */
     double area;
     float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
     int vertices;              /* in use                                                                        */
@@ -14349,7 +14501,7 @@ typedef struct springls__mesh_report {
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
 
-/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
+/* Returns in v the vertices of triangle t, and true if it is valid: indices in range, coordinates finite. */
 SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
 {
     int i, c;
@@ -15319,7 +15471,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 695 \"springls.h\"\n",
+    "#line 699 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -15416,7 +15568,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1478 \"springls.h\"\n",
+    "#line 1482 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */\n",
     "\n",
     "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
@@ -15488,7 +15640,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1551 \"springls.h\"\n",
+    "#line 1555 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a\n",
     "   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
@@ -15569,7 +15721,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1633 \"springls.h\"\n",
+    "#line 1637 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -15645,7 +15797,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1710 \"springls.h\"\n",
+    "#line 1714 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
@@ -15661,7 +15813,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1727 \"springls.h\"\n",
+    "#line 1731 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15676,7 +15828,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1743 \"springls.h\"\n",
+    "#line 1747 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15800,7 +15952,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1867 \"springls.h\"\n",
+    "#line 1871 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -15826,7 +15978,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1894 \"springls.h\"\n",
+    "#line 1898 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -15973,7 +16125,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2042 \"springls.h\"\n",
+    "#line 2046 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15988,7 +16140,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2057 \"springls.h\"\n",
+    "#line 2061 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16112,13 +16264,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2181 \"springls.h\"\n",
+    "#line 2185 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2188 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16130,7 +16282,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2200 \"springls.h\"\n",
+    "#line 2204 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16145,7 +16297,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2220 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16189,7 +16341,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2260 \"springls.h\"\n",
+    "#line 2264 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16204,7 +16356,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2275 \"springls.h\"\n",
+    "#line 2279 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16248,7 +16400,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2319 \"springls.h\"\n",
+    "#line 2323 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -16320,7 +16472,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2391 \"springls.h\"\n",
+    "#line 2395 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16335,7 +16487,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2407 \"springls.h\"\n",
+    "#line 2411 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -16394,7 +16546,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2466 \"springls.h\"\n",
+    "#line 2470 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16409,7 +16561,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2481 \"springls.h\"\n",
+    "#line 2485 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -16468,7 +16620,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2541 \"springls.h\"\n",
+    "#line 2545 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -16762,7 +16914,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2836 \"springls.h\"\n",
+    "#line 2840 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -17130,7 +17282,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3205 \"springls.h\"\n",
+    "#line 3209 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17139,7 +17291,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3214 \"springls.h\"\n",
+    "#line 3218 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17154,7 +17306,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3230 \"springls.h\"\n",
+    "#line 3234 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17166,7 +17318,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3242 \"springls.h\"\n",
+    "#line 3246 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17181,7 +17333,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3257 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17193,7 +17345,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3269 \"springls.h\"\n",
+    "#line 3273 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17390,7 +17542,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3815 \"springls.h\"\n",
+    "#line 3825 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -17562,7 +17714,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3988 \"springls.h\"\n",
+    "#line 3998 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17642,7 +17794,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4069 \"springls.h\"\n",
+    "#line 4079 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17811,7 +17963,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4239 \"springls.h\"\n",
+    "#line 4249 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17884,7 +18036,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4313 \"springls.h\"\n",
+    "#line 4323 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -17910,7 +18062,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4340 \"springls.h\"\n",
+    "#line 4350 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -17979,7 +18131,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4410 \"springls.h\"\n",
+    "#line 4420 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18101,7 +18253,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4533 \"springls.h\"\n",
+    "#line 4543 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18154,7 +18306,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4587 \"springls.h\"\n",
+    "#line 4597 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -18170,7 +18322,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4603 \"springls.h\"\n",
+    "#line 4613 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18185,7 +18337,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4619 \"springls.h\"\n",
+    "#line 4629 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18196,7 +18348,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4630 \"springls.h\"\n",
+    "#line 4640 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18211,7 +18363,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4645 \"springls.h\"\n",
+    "#line 4655 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18222,7 +18374,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4656 \"springls.h\"\n",
+    "#line 4666 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18321,7 +18473,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4756 \"springls.h\"\n",
+    "#line 4766 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18731,7 +18883,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5167 \"springls.h\"\n",
+    "#line 5177 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18829,7 +18981,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5266 \"springls.h\"\n",
+    "#line 5276 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18958,7 +19110,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5396 \"springls.h\"\n",
+    "#line 5406 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19145,7 +19297,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5584 \"springls.h\"\n",
+    "#line 5594 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -19243,7 +19395,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5683 \"springls.h\"\n",
+    "#line 5693 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19608,7 +19760,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6049 \"springls.h\"\n",
+    "#line 6059 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -19757,7 +19909,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6199 \"springls.h\"\n",
+    "#line 6209 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -19785,7 +19937,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6227 \"springls.h\"\n",
+    "#line 6237 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19800,7 +19952,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6243 \"springls.h\"\n",
+    "#line 6253 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19968,7 +20120,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6411 \"springls.h\"\n",
+    "#line 6421 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19983,7 +20135,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6426 \"springls.h\"\n",
+    "#line 6436 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20151,7 +20303,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6594 \"springls.h\"\n",
+    "#line 6604 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -20187,7 +20339,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6631 \"springls.h\"\n",
+    "#line 6641 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -20293,7 +20445,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6738 \"springls.h\"\n",
+    "#line 6748 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -20388,7 +20540,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6834 \"springls.h\"\n",
+    "#line 6844 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
@@ -20462,7 +20614,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6909 \"springls.h\"\n",
+    "#line 6919 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20693,7 +20845,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7141 \"springls.h\"\n",
+    "#line 7151 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -20948,7 +21100,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7397 \"springls.h\"\n",
+    "#line 7407 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -21026,7 +21178,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21030 \"springls.h\"\n",
+    "#line 21182 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items\n",
     "   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans\n",
     "   over chunks, and numbers are sorted within each list. */\n",

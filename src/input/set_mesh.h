@@ -22,6 +22,7 @@
 #include "../model/indexed_mesh.h"
 #include "../model/mesh_distance.h"
 #include "../model/transform.h"
+#include "../model/winding_number.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/keep_edges.h"
 #include "../stages/rebuild.h"
@@ -111,7 +112,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
             upper[k] = springls__max(upper[k], x[k]);
         }
         m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        slot = springls__mesh_hash(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
+        slot = springls__hash3(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
         for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
             springls__v3 other = m->point[m->table[slot]];
             if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
@@ -146,7 +147,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     for (h = 0; h < 3 * m->count; h++) {
         int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
         springls__mesh_edge *edge;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 0u) & mask;
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
         while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
             slot = (slot + 1) & mask;
         if (m->table[slot] < 0) {

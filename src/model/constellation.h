@@ -70,7 +70,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
 }
 
 /* To be called after anything that adds, removes or replaces springls. */

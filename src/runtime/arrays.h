@@ -4,7 +4,7 @@
 
 #include "memory.h"
 
-/* The model's pointers, after memory has moved. */
+/* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
 #define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
@@ -12,6 +12,7 @@ SPRINGLS__FN void springls__bind(springls_context *ctx)
 #undef SPRINGLS__BIND
 }
 
+/* Returns the bytes of an element: of a brick's 512 values where an array has those. */
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
 #define SPRINGLS__SIZE(name, type, block, owner, member) sizeof(type) * (block),
@@ -20,8 +21,8 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
-   next used there (springls__to_device). */
+/* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
+   a kernel next uses it (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -50,7 +51,7 @@ SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
 #define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
     springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
 
-/* Two arrays of one element size change places, with their memory here and on the device. */
+/* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];

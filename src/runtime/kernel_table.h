@@ -1,4 +1,4 @@
-/* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
 #ifndef SPRINGLS__RUNTIME_KERNEL_TABLE_H
 #define SPRINGLS__RUNTIME_KERNEL_TABLE_H
 

@@ -1,4 +1,4 @@
-/* run.h - a kernel over all its elements, wherever the model lives. */
+/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 
@@ -32,7 +32,7 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
     run->kernel->range(&run->ctx->model, run->args, begin, end);
 }
 
-/* args NULL: the kernel takes none. */
+/* Returns a kernel with its arguments; NULL: it takes none. */
 SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
 {
     springls__kernel_run run;
@@ -43,13 +43,15 @@ SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, 
     return run;
 }
 
-SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
+/* Starts a kernel on the device; fails when that cannot. */
+SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                                     const springls__arguments *args)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
     return ctx->backend->run(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
-/* Has the device done it? What it cannot do is done here. */
+/* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
 SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
@@ -58,6 +60,7 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
     return false;
 }
 
+/* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     springls__kernel_run run;
@@ -67,7 +70,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
     springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
 }
 
-/* How many of the first `count` bytes of an array are `value`. */
+/* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
     const uint8_t *flags;

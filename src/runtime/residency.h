@@ -1,5 +1,6 @@
-/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
-   about to read and write, and only that is brought here, once. */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
 #ifndef SPRINGLS__RUNTIME_RESIDENCY_H
 #define SPRINGLS__RUNTIME_RESIDENCY_H
 
@@ -7,7 +8,7 @@
 #include "errors.h"
 #include "kernel_table.h"
 
-/* How many elements of an array are in use. */
+/* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
     const springls__model *m = &ctx->model;
@@ -17,7 +18,7 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
     return used < all ? used : all;
 }
 
-/* Brings an array to the host or to the device. */
+/* Copies an array to the host or to the device. */
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -28,8 +29,8 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
-/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
-   from where it was. A failure when not even that can be: the model is lost. */
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
@@ -48,8 +49,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
-   False when *status is the result: of the device, or the failure to bring the model to the host. */
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
 SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
 {
     if (*status != SPRINGLS_DEVICE_FAILED) return false;
@@ -58,7 +59,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
     return *status == SPRINGLS_OK;
 }
 
-/* To be called before host code reads arrays of the model, or writes some of their elements. */
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -74,7 +75,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     return SPRINGLS_OK;
 }
 
-/* What a kernel may touch is on the device; what it writes is only there. */
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -91,7 +92,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     return SPRINGLS_OK;
 }
 
-/* The first bytes of an array, to be read here and then forgotten. */
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
@@ -100,10 +101,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* From now on kernels run on the device, where there is one: for stages. */
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Whatever the device has is of no use any more. */
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;

@@ -36,7 +36,7 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
     springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 

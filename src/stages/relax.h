@@ -34,7 +34,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
