@@ -1,9 +1,9 @@
-/* minimal.c - a surface moving in twenty lines: a ball of springls in a whirl that drags its top round faster. */
+/* minimal.c - a surface moved in twenty lines: a ball of springls in a whirl that turns its top faster. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 #include <stdio.h>
 
-/* Any velocity field, asked in batches of points: voxels in, voxels a unit of time out. */
+/* Computes a velocity field at a batch of points: places in voxels, velocities in voxels a unit of time. */
 static void whirl(void *user, const float *x, int count, float time, float *v)
 {
     (void)user, (void)time;

@@ -31,7 +31,7 @@ static bool draw_mesh(const springls_mesh *mesh, const float *positions, const f
     return raycast_render(&scene, width, height, image);
 }
 
-/* One camera for all frames. */
+/* Computes one camera for all frames. */
 static struct raycast_camera film_camera(const struct morph *morph, float aspect)
 {
     static const float upwards[3] = {0.0f, 1.0f, 0.0f};

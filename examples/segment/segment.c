@@ -4,11 +4,11 @@
  *   segment scan.nrrd --window "100,300;-900,-500" --init threshold --out result     two objects, one label map
  *   segment scan.mha --level 110 --init mask --mask left.nii.gz --mirror --reference labels.nii.gz --label 78
  *
- * Pressure pushes the contour outward where the intensity is inside the window and inward elsewhere, the region force by
- * which side's mean intensity is nearer, edges slow both, gradient vector flow pulls it to edges from afar, curvature
- * smooths it. It may start anywhere, split and merge. It works on a grid of cubes of its own; the forces are read from the
- * image in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first: there
- * the way to the object is short. All places and lengths are millimetres in the image's RAS+ axes. */
+ * Forces: pressure pushes outward where the intensity is inside the window and inward elsewhere; the region force pushes
+ * towards the side with the nearer mean intensity; edges slow both; gradient vector flow pulls to edges from far away;
+ * curvature smooths. The contour may start anywhere, split and merge. The model has a grid of cubes of its own; the forces are
+ * sampled in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first, where
+ * fewer steps lead to the object. All places and lengths are millimetres in the image's RAS+ axes. */
 #include "segment/segment.h"
 #include "springls/run_options.h"
 
@@ -16,7 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The next of a list, up to one of `ends`: its length, or 0 when it is empty or longer than `size` - 1. */
+/* Copies the next item of a list, up to one of `ends`. Returns its length, 0 when it is empty or longer than `size` - 1. */
 static size_t next_item(const char *text, const char *ends, char *item, size_t size)
 {
     const size_t length = strcspn(text, ends);
@@ -28,7 +28,7 @@ static size_t next_item(const char *text, const char *ends, char *item, size_t s
     return length;
 }
 
-/* "a,b" with a < b. */
+/* Reads "a,b" with a < b. */
 static bool read_window(const char *text, struct segment_object *object)
 {
     char item[64];
@@ -43,7 +43,7 @@ static bool read_mask_label(const char *text, struct segment_object *object)
     return cli_read_int(text, &object->mask_label) && object->mask_label >= -1;
 }
 
-/* "a,b,c" */
+/* Reads "a,b,c". */
 static bool read_labels(const char *text, struct segment_object *object)
 {
     do {
@@ -58,7 +58,7 @@ static bool read_labels(const char *text, struct segment_object *object)
     return true;
 }
 
-/* What stands between semicolons, one for each object: their number, or 0 when one is wrong. No text: 1. */
+/* Reads a list with an item for each object, between semicolons. Returns their number, 0 when one is wrong, 1 without a text. */
 static int read_objects(const char *text, bool (*read)(const char *, struct segment_object *), struct segment_object *objects)
 {
     int count = 0;
@@ -76,7 +76,8 @@ static int read_objects(const char *text, bool (*read)(const char *, struct segm
     return count;
 }
 
-/* As many objects as windows or labels of the mask; one of those serves all. */
+/* Reads as many objects as there are windows or labels of the mask; a single one is used for all. Returns NULL, or what is
+ * wrong. */
 static const char *read_all_objects(struct segment_settings *set)
 {
     struct segment_object *objects = set->objects;
@@ -202,7 +203,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
     return status == CLI_CONTINUE ? check_usage(set) : status;
 }
 
-/* One contour after the other. */
+/* Runs one contour after the other. */
 static bool find_objects(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;

@@ -35,7 +35,7 @@ void viewer_scene_destroy(struct viewer_scene *scene)
     viewer_gl_destroy(&scene->gl);
 }
 
-/* Springls as they are, with the gaps between them, or the watertight surface. */
+/* Uploads springls with the gaps between them, or the watertight surface. */
 static bool send(struct viewer_surface *surface, struct viewer_model *model, enum viewer_view view)
 {
     springls_mesh mesh;
@@ -51,7 +51,7 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     return true;
 }
 
-/* The surface's chunks that have changed. */
+/* Uploads the surface's chunks that have changed. */
 static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
 {
     const springls_chunk *changed;
@@ -81,13 +81,13 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
     return true;
 }
 
-/* Springls, and colours that they carry, come as whole meshes. */
+/* Returns true if the surface is drawn in chunks; springls, and colors that they carry, are whole meshes. */
 static bool in_chunks(const struct viewer_app *app)
 {
     return app->view != VIEWER_SPRINGLS && (app->view != VIEWER_TEXTURE || app->model.colors < 0);
 }
 
-/* Only what has changed is made again. */
+/* Uploads what has changed. */
 static bool refresh(struct viewer_scene *scene, struct viewer_app *app)
 {
     bool good = true;
@@ -134,7 +134,7 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
 static void draw_stroke(const struct viewer_scene *scene, const struct viewer_app *app)
 {
     float ends[4];
-    for (int i = 0; i < 4; ++i) { /* the window's unit need not be a pixel */
+    for (int i = 0; i < 4; ++i) { /* the window's unit may differ from a pixel */
         ends[i] = app->stroke[i] * (i % 2 ? (float)scene->gl.height / (float)app->height : (float)scene->gl.width / (float)app->width);
     }
     if (app->hand == VIEWER_WORK && app->tool == VIEWER_CUT) {
@@ -173,7 +173,7 @@ bool viewer_scene_draw(struct viewer_scene *scene, struct viewer_app *app, int w
     write_panel(scene, app);
     viewer_gl_panel(&scene->gl);
     viewer_gl_show(&scene->gl);
-    if (app->hand != VIEWER_IDLE || viewer_app_busy(app)) { /* times of frames that did something */
+    if (app->hand != VIEWER_IDLE || viewer_app_busy(app)) { /* show times only of frames with work */
         scene->mesh_seconds = made - begin;
         scene->draw_seconds = elapsed_seconds() - made;
     }

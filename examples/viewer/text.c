@@ -25,7 +25,7 @@ void viewer_text(const struct viewer_app *app, const char *times, char *text, si
              count, *times ? ", " : "", times, *app->message ? "\n*" : "", app->message);
 }
 
-/* Calls `image_text` for each line, or only finds out how wide they are. */
+/* Calls `image_text` for each line, or only computes the width of the widest. */
 static int each_line(const char *text, struct image *picture, float *widest)
 {
     const struct color bright = color_rgb(1.0f, 0.95f, 0.7f), plain = color_rgb(0.85f, 0.87f, 0.9f);

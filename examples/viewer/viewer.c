@@ -1,8 +1,9 @@
-/* viewer.c - a body to work on with the mouse: drag, push, inflate, smooth, cut, merge; springls, surface and tracked texture.
+/* viewer.c - shapes a body with the mouse: drag, push, inflate, smooth, cut, merge; shows springls, surface and tracked
+ * texture.
  *
  *   viewer                                                  # a ball
  *   viewer bunny.obj --grid 128                             # a mesh (PLY, OBJ, STL, OFF, glTF); dropping a file does the same
- *   viewer --script strokes.txt --screenshot dent.png       # the events of a file, a picture, the end
+ *   viewer --script strokes.txt --screenshot dent.png       # runs the events of a file, writes a picture and ends
  *   viewer --bench                                          # frame times of the tool push, as JSON
  *
  * Keys and buttons: --help, or H in the window. */
@@ -46,7 +47,7 @@ static int read_command_line(struct settings *set, int argc, char **argv)
     return cli_parse(&program, argc, argv);
 }
 
-/* With a script or a screenshot the window stays hidden. */
+/* Opens the window, hidden with a script or a screenshot. */
 static int view(struct viewer_app *app, const struct settings *set)
 {
     struct viewer_window window;

@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static char trouble[VIEWER_TEXT]; /* GLFW tells its errors to a function without a user pointer */
+static char trouble[VIEWER_TEXT]; /* GLFW's error callback has no user pointer */
 
 static void on_error(int code, const char *text)
 {
@@ -115,7 +115,7 @@ bool viewer_window_show(void *user, const char *picture)
     struct viewer_window *window = user;
     int width, height;
     glfwGetFramebufferSize(window->handle, &width, &height);
-    if (width <= 0 || height <= 0) { /* an icon */
+    if (width <= 0 || height <= 0) { /* minimized */
         return true;
     }
     if (!viewer_scene_draw(&window->scene, window->app, width, height)) {
@@ -137,7 +137,7 @@ bool viewer_window_loop(struct viewer_window *window)
     while (!window->app->quit && !glfwWindowShouldClose(window->handle)) {
         if (viewer_app_busy(window->app)) {
             glfwPollEvents();
-        } else { /* at rest nothing is computed and nothing drawn */
+        } else { /* at rest nothing is computed or drawn */
             glfwWaitEvents();
             before = elapsed_seconds();
         }

@@ -18,7 +18,7 @@ struct cli_common cli_common_defaults(void)
     return common;
 }
 
-/* The shared part of every program's table; returns how many entries it wrote. */
+/* Writes the options that every program has; returns how many. */
 static int common_options(const struct cli_program *program, struct cli_option out[COMMON_COUNT])
 {
     struct cli_common *c = program->common;
@@ -64,7 +64,7 @@ bool cli_may_print(const struct cli_common *common)
 bool cli_read_double(const char *text, double *value)
 {
     char *end = NULL;
-    /* strtod would also take leading blanks, "inf", "nan" and hexadecimal floats. */
+    /* Reject what strtod would take: leading blanks, "inf", "nan" and hexadecimal floats. */
     for (const char *c = text; *c; ++c) {
         if (!isdigit((unsigned char)*c) && !strchr("+-.eE", *c)) {
             return false;
@@ -201,7 +201,7 @@ static void print_option(const struct cli_option *o)
     case CLI_FLOAT:
         printf(" [%g]", (double)*(const float *)o->destination);
         break;
-    case CLI_DOUBLE: /* NaN: no default, the help says what happens without */
+    case CLI_DOUBLE: /* NaN: there is no default to show */
         if (!isnan(*(const double *)o->destination)) {
             printf(" [%g]", *(const double *)o->destination);
         }
@@ -266,7 +266,7 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
     int positional = 0;
     bool options_over = false;
 
-    /* --help wins over any other mistake in the line. */
+    /* Look for --help first: it takes precedence over any mistake in the line. */
     for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; ++i) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             print_usage(program, common, common_count);

@@ -12,7 +12,7 @@ enum { MAX_TICKS = 24, MARGIN_TOP = 44, MARGIN_RIGHT = 28, MARGIN_BOTTOM = 58, M
 
 struct axis {
     bool logarithmic;
-    bool fractions; /* some value is not a whole number: frames and modes are counted in whole steps */
+    bool fractions; /* some value is not a whole number; if all are, ticks are whole numbers too */
     double lo, hi; /* in log10 units on a logarithmic axis */
     double ticks[MAX_TICKS];
     int tick_count;
@@ -40,7 +40,7 @@ static void axis_include(struct axis *axis, double v)
     }
 }
 
-/* Round steps of 1, 2 or 5 times a power of ten, about `wanted` of them. */
+/* Returns a step of 1, 2 or 5 times a power of ten that divides the span into about `wanted` steps. */
 static double round_step(double span, int wanted)
 {
     const double raw = span / wanted, power = pow(10.0, floor(log10(raw))), share = raw / power;
@@ -112,7 +112,7 @@ static void draw_axes(struct image *image, const struct plot *plot, const struct
     }
 }
 
-/* A legend: where, and how large. */
+/* Position and size of a legend. */
 struct legend {
     int rows, corner; /* bit 0 right, bit 1 bottom */
     float width, height;
@@ -133,7 +133,7 @@ static struct legend measure_legend(const struct plot *plot)
     return legend;
 }
 
-/* Would a legend in this corner hide a point, or a line between two? */
+/* Returns true if a legend in this corner would hide a point or a line between two. */
 static bool hides(const struct plot *plot, const struct axis *x, const struct axis *y, const struct legend *legend,
                   int corner)
 {
@@ -158,7 +158,7 @@ static bool hides(const struct plot *plot, const struct axis *x, const struct ax
     return false;
 }
 
-/* Chooses a corner where nothing is hidden; false when there is none. */
+/* Chooses a corner where nothing is hidden; returns false when there is none. */
 static bool find_corner(const struct plot *plot, const struct axis *x, const struct axis *y, struct legend *legend)
 {
     static const int order[4] = {1, 0, 3, 2};
@@ -306,7 +306,7 @@ static void draw_heat_cell(struct image *image, const struct heat_map *map, cons
     if (map->glyph_shapes && map->glyph_shapes[cell] >= 0) {
         const int shape = map->glyph_shapes[cell];
         const struct color color = color_category(map->glyph_colors ? map->glyph_colors[cell] : shape);
-        image_glyph(image, shape, cx, cy, 0.36f * size + 2.0f, PAPER); /* white rim: seen on every ground */
+        image_glyph(image, shape, cx, cy, 0.36f * size + 2.0f, PAPER); /* white rim, visible on every background */
         image_glyph(image, shape, cx, cy, 0.36f * size - 1.0f, color);
     } else if (map->print_values) {
         snprintf(text, sizeof text, "%.3g", value);

@@ -103,7 +103,7 @@ static int open_series(struct run *run)
 static int minimum(int a, int b) { return a < b ? a : b; }
 static int maximum(int a, int b) { return a > b ? a : b; }
 
-/* What --every-step and --series want after a step. */
+/* Writes what --every-step and --series report after a step. */
 static bool report_step(struct run *run, int step, double seconds)
 {
     struct benchmark_result *r = &run->result;
@@ -130,7 +130,7 @@ static bool report_step(struct run *run, int step, double seconds)
     return true;
 }
 
-/* A picture is due at every (frames - 1)-th part of the run. */
+/* Takes a picture at every (frames - 1)-th part of the run. */
 static bool report_frame(struct run *run, double share)
 {
     const int wanted = run->options->frames, k = run->frames_taken;
@@ -148,14 +148,14 @@ static bool report_frame(struct run *run, double share)
     return model_frame_take(run->ctx, caption, &run->frames[k]);
 }
 
-/* The run is done in this many calls: one a step, or parts of it in which the library chooses its steps. */
+/* Returns the number of calls of a run: one a step, or fixed parts in which the library chooses its steps. */
 static int calls_of(const struct benchmark *b)
 {
     enum { PARTS = 24 };
     return b->steps > 0 ? b->steps : PARTS;
 }
 
-/* What the device has done between two counts. */
+/* Adds the device's work between two counts. */
 static void count_work(struct benchmark_result *result, springls_cl_counts before, springls_cl_counts after)
 {
     result->kernels_per_step += (double)(after.kernels - before.kernels);
@@ -260,7 +260,7 @@ static int write_pictures(const struct run *run)
     if (!model_film_write(run->frames, run->frames_taken, &view, path)) {
         return cli_fail(b->name, CLI_EXIT_FAILURE, "cannot write %s", path);
     }
-    /* the first and the last frame alone, large */
+    /* Write the first and the last frame alone, larger. */
     const struct model_frame ends[2] = {run->frames[0], run->frames[run->frames_taken - 1]};
     view.width = view.height = 640;
     snprintf(name, sizeof name, "%s_start_end.png", b->name);

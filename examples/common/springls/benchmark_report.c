@@ -1,4 +1,4 @@
-/* benchmark_report.c - JSON and the table beside the paper's figures. */
+/* benchmark_report.c - JSON output, and the table with the paper's figures. */
 #include "springls/benchmark.h"
 
 #include "base/json.h"
@@ -94,7 +94,7 @@ bool benchmark_write_json(const struct benchmark *b, const struct benchmark_opti
     return json_close(&json);
 }
 
-/* The paper's row for this period and grid, else for the nearest of both. */
+/* Finds the paper's row for this period and grid, else the nearest of both. */
 static const struct benchmark_published *published(const struct benchmark *b)
 {
     const struct benchmark_published *best = NULL;

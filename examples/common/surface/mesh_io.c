@@ -21,14 +21,14 @@ static bool fail(char error[MESH_TEXT], const char *path, const char *format, ..
     va_start(arguments, format);
     vsnprintf(error + used, MESH_TEXT - (size_t)used, format, arguments);
     va_end(arguments);
-    for (char *c = error; *c; ++c) { /* assimp's own texts may hold line ends */
+    for (char *c = error; *c; ++c) { /* assimp's texts may contain line ends */
         *c = *c == '\n' || *c == '\r' ? ' ' : *c;
     }
     return false;
 }
 
-/* assimp believes the element counts of PLY and OFF headers and asks for that much memory. An element takes at least one
- * byte of the file, so a larger count is a broken file. */
+/* Compares the element counts of PLY and OFF headers with the file's length, an element taking at least one byte: assimp would
+ * allocate memory for any count. */
 bool mesh_counts_plausible(const char *path, char error[MESH_TEXT])
 {
     char line[512];
@@ -93,7 +93,7 @@ static uint32_t hash_position(const float p[3])
     return h ^ h >> 13;
 }
 
-/* Open-addressing table: vertex numbers + 1, 0 = free. Returns the number of the vertex at p, adding it if new. */
+/* Adds a vertex at p unless it is there; returns its number. The table is open-addressing, with vertex numbers + 1, 0 = free. */
 static uint32_t weld(struct mesh *mesh, uint32_t *table, size_t mask, const float p[3])
 {
     size_t slot = hash_position(p) & mask;
@@ -120,7 +120,7 @@ static bool has_colors(const struct aiScene *scene)
     return materials > 1;
 }
 
-/* Of a vertex of a part of the file: its own colour, or the part's material's. */
+/* Returns the color of a vertex of a part: its own, or the part's material's. */
 static struct aiColor4D color_of(const struct aiScene *scene, const struct aiMesh *part, unsigned vertex)
 {
     struct aiColor4D color = {0.8f, 0.8f, 0.8f, 1.0f};
@@ -131,7 +131,7 @@ static struct aiColor4D color_of(const struct aiScene *scene, const struct aiMes
     return color;
 }
 
-/* Where vertices become one the first one's colour stays. */
+/* Stores a vertex's color; of vertices that become one the first one's is kept. */
 static void take_color(struct mesh *mesh, uint32_t vertex, struct aiColor4D color)
 {
     const float rgb[3] = {color.r, color.g, color.b};
@@ -175,7 +175,7 @@ static bool collect(const char *path, const struct aiScene *scene, struct mesh *
                     break;
                 }
                 const struct aiVector3D *v = &part->mVertices[face->mIndices[k]];
-                const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are one place */
+                const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are the same place */
                 if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) {
                     good = fail(error, path, "a vertex is not finite");
                     break;
@@ -187,7 +187,7 @@ static bool collect(const char *path, const struct aiScene *scene, struct mesh *
                 }
             }
             if (!good || face->mNumIndices != 3) {
-                continue; /* points and lines */
+                continue; /* skip points and lines */
             }
             if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
                 ++mesh->dropped;
