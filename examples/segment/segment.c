@@ -145,50 +145,62 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
 {
     const char *topology = "free";
     const struct cli_option options[] = {
+        /* the object */
         {"level", CLI_DOUBLE, &set->level, "L", "the object is brighter than L; without: Otsu's threshold", 0, 0, NULL},
         {"dark", CLI_FLAG, &set->dark, NULL, "the object is darker than the level", 0, 0, NULL},
-        {"window", CLI_STRING, &set->window_text, "LO,HI[;..]", "the object lies between LO and HI; more windows, more "
-         "objects: each a label", 0, 0, NULL},
-        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level, at most half the window; 0: a tenth of "
-         "the image's range without 0.5 % at each end", 0, 1e9, NULL},
-        {"solid", CLI_FLAG, &set->solid, NULL, "what the object shuts in belongs to it, as marrow to bone: where a ball of three "
-         "voxels does not come from outside", 0, 0, NULL},
+        {"window", CLI_STRING, &set->window_text, "LO,HI[;..]",
+         "the object lies between LO and HI; more windows, more objects: each a label", 0, 0, NULL},
+        {"ramp", CLI_DOUBLE, &set->ramp, "R",
+         "full pressure this far from the level, at most half the window; 0: a tenth of the image's range without 0.5 % at each end",
+         0, 1e9, NULL},
+        {"solid", CLI_FLAG, &set->solid, NULL,
+         "what the object shuts in belongs to it, as marrow to bone: where a ball of three voxels does not come from outside",
+         0, 0, NULL},
+
+        /* the forces */
         {"pressure", CLI_DOUBLE, &set->pressure, "W", "weight of the pressure of level or window", 0, 10, NULL},
-        {"region", CLI_DOUBLE, &set->region, "W", "weight of the region force: towards the side whose mean intensity is "
-         "nearer (Chan and Vese)", 0, 10, NULL},
-        {"region-means", CLI_CHOICE, &set->region_means, NULL, "where the two means are taken: in the narrow band about the "
-         "contour, or all over", 0, 0, "band|image"},
+        {"region", CLI_DOUBLE, &set->region, "W",
+         "weight of the region force: towards the side whose mean intensity is nearer (Chan and Vese)", 0, 10, NULL},
+        {"region-means", CLI_CHOICE, &set->region_means, NULL,
+         "where the two means are taken: in the narrow band about the contour, or all over", 0, 0, "band|image"},
         {"edge", CLI_DOUBLE, &set->edge, "W", "share of both that stops at edges of the image", 0, 1, NULL},
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow, which pulls to edges of the object", 0, 10, NULL},
         {"gvf-halvings", CLI_INT, &set->gvf_halvings, "K", "its grid: 0 the image's, 1 half as fine, ...", 0, 3, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
+
+        /* the start */
         {"init", CLI_CHOICE, &set->init, NULL, "where the contour starts", 0, 0,
          "sphere|cube|torus|metasphere|mask|threshold|mesh"},
         {"center", CLI_FLOAT3, set->center, "X,Y,Z", "centre of the starting shape, mm; without: of the image", 0, 0, NULL},
-        {"radius", CLI_DOUBLE, &set->radius, "MM", "its radius or half side; 0: a third of the image's shortest side", 0,
-         1e6, NULL},
+        {"radius", CLI_DOUBLE, &set->radius, "MM",
+         "its radius or half side; 0: a third of the image's shortest side", 0, 1e6, NULL},
         {"mask", CLI_STRING, &set->mask, "FILE", "label map to start from", 0, 0, NULL},
-        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]", "its label, without: all but 0; more labels, more "
-         "objects", 0, 0, NULL},
-        {"mirror", CLI_FLAG, &set->mirror, NULL, "start on the other side of the body: the mask mirrored, and laid where the "
-         "image looks like it", 0, 0, NULL},
-        {"stay", CLI_DOUBLE, &set->stay, "MM", "how far from the start the contour may go; 0: anywhere; without: one voxel of "
-         "the image from a mask or a mesh, else anywhere", 0, 1e6, NULL},
+        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]",
+         "its label, without: all but 0; more labels, more objects", 0, 0, NULL},
+        {"mirror", CLI_FLAG, &set->mirror, NULL,
+         "start on the other side of the body: the mask mirrored, and laid where the image looks like it", 0, 0, NULL},
+        {"stay", CLI_DOUBLE, &set->stay, "MM",
+         "how far from the start the contour may go; 0: anywhere; without: one voxel of the image from a mask or a mesh, "
+         "else anywhere", 0, 1e6, NULL},
         {"init-mesh", CLI_STRING, &set->init_mesh, "FILE", "mesh to start from, mm", 0, 0, NULL},
-        {"largest", CLI_FLAG, &set->largest, NULL, "start on every grid with the largest part only, its cavities filled", 0,
-         0, NULL},
-        {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the kind of start", 0,
-         SEGMENT_MAX_LEVELS, NULL},
+        {"largest", CLI_FLAG, &set->largest, NULL,
+         "start on every grid with the largest part only, its cavities filled", 0, 0, NULL},
+
+        /* the run */
+        {"levels", CLI_INT, &set->levels, "K",
+         "grids, each twice as fine as the one before; 0: by the kind of start", 0, SEGMENT_MAX_LEVELS, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
         {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
         {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+
+        /* the comparison */
         {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
-        {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]", "its labels, without: all but 0; of each object between "
-         "semicolons, and the first one is written", 0, 0, NULL},
-        {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL, "do the same by a level set without springls, and tell "
-         "how far apart the two surfaces are", 0, 0, NULL},
+        {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]",
+         "its labels, without: all but 0; of each object between semicolons, and the first one is written", 0, 0, NULL},
+        {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL,
+         "do the same by a level set without springls, and tell how far apart the two surfaces are", 0, 0, NULL},
     };
     const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD or MetaImage", true};
     const struct cli_program program = {.name = "segment",

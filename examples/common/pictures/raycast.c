@@ -346,6 +346,60 @@ static void draw_dots(const struct renderer *r, struct image *image, const float
     }
 }
 
+/* Allocates the triangles, normals and occlusion. */
+static bool allocate(struct renderer *r)
+{
+    const struct raycast_scene *scene = r->scene;
+    const size_t shaded = r->smooth ? scene->vertex_count : scene->triangle_count;
+    r->corners = malloc(9 * scene->triangle_count * sizeof *r->corners);
+    r->normals = r->smooth ? malloc(3 * scene->vertex_count * sizeof *r->normals) : NULL;
+    r->occlusion = scene->plain ? NULL : malloc(shaded * sizeof *r->occlusion);
+    return r->corners && (r->normals || !r->smooth) && (r->occlusion || scene->plain);
+}
+
+/* Computes the boxes of the drawn triangles and of the original surface. */
+static void make_boxes(struct renderer *r)
+{
+    const struct raycast_scene *scene = r->scene;
+    for (int i = 0; i < 3; ++i) {
+        r->lo[i] = r->bvh.nodes[0].lo[i];
+        r->hi[i] = r->bvh.nodes[0].hi[i];
+        r->originals_lo[i] = INFINITY;
+        r->originals_hi[i] = -INFINITY;
+    }
+    if (scene->triangle_originals) {
+        raycast_grow_box(scene->triangle_originals, scene->triangle_count, r->originals_lo, r->originals_hi);
+    } else if (scene->vertex_originals) {
+        raycast_grow_box(scene->vertex_originals, scene->vertex_count, r->originals_lo, r->originals_hi);
+    }
+}
+
+/* Computes all that the pixels of a picture need. Returns false if there is nothing to draw or memory is short. */
+static bool prepare(struct renderer *r, int width, int height)
+{
+    if (!indices_valid(r->scene) || !allocate(r)) {
+        return false;
+    }
+    make_corners(r);
+    if (!bvh_build(&r->bvh, r->corners, NULL, r->scene->triangle_count)) {
+        return false;
+    }
+    make_boxes(r);
+    if (r->smooth) {
+        make_normals(r);
+    }
+    return !r->occlusion || make_occlusion(r, width, height);
+}
+
+static void draw_marks(const struct renderer *r, struct image *image)
+{
+    const struct raycast_scene *scene = r->scene;
+    draw_dots(r, image, scene->marks, scene->mark_count, scene->mark_radius > 0.0f ? scene->mark_radius : 2.0f,
+              color_or(scene->mark_color, 0.98f, 0.85f, 0.15f));
+    draw_dots(r, image, scene->particles, scene->particle_count, scene->particle_radius > 0.0f ? scene->particle_radius : 2.0f,
+              color_or(scene->particle_color, 0.88f, 0.12f, 0.10f));
+}
+
 bool raycast_render(const struct raycast_scene *scene, int width, int height, struct image *result)
 {
     struct renderer r;
@@ -359,36 +413,7 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         return false;
     }
     r.frame = raycast_camera_frame(&scene->camera, (float)width / (float)height);
-    bool good = indices_valid(scene);
-    if (good) {
-        r.corners = malloc(9 * scene->triangle_count * sizeof *r.corners);
-        r.normals = r.smooth ? malloc(3 * scene->vertex_count * sizeof *r.normals) : NULL;
-        r.occlusion = scene->plain
-                          ? NULL
-                          : malloc((r.smooth ? scene->vertex_count : scene->triangle_count) * sizeof *r.occlusion);
-        good = r.corners && (r.normals || !r.smooth) && (r.occlusion || scene->plain);
-    }
-    if (good) {
-        make_corners(&r);
-        good = bvh_build(&r.bvh, r.corners, NULL, scene->triangle_count);
-    }
-    if (good) {
-        for (int i = 0; i < 3; ++i) {
-            r.lo[i] = r.bvh.nodes[0].lo[i];
-            r.hi[i] = r.bvh.nodes[0].hi[i];
-            r.originals_lo[i] = INFINITY;
-            r.originals_hi[i] = -INFINITY;
-        }
-        if (scene->triangle_originals) {
-            raycast_grow_box(scene->triangle_originals, scene->triangle_count, r.originals_lo, r.originals_hi);
-        } else if (scene->vertex_originals) {
-            raycast_grow_box(scene->vertex_originals, scene->vertex_count, r.originals_lo, r.originals_hi);
-        }
-        if (r.smooth) {
-            make_normals(&r);
-        }
-        good = !r.occlusion || make_occlusion(&r, width, height);
-    }
+    const bool good = prepare(&r, width, height);
     if (!good) {
         bvh_free(&r.bvh); /* nothing to hit: only the background */
     }
@@ -399,11 +424,7 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         render_row(&r, result, y);
     }
     if (good) {
-        draw_dots(&r, result, scene->marks, scene->mark_count, scene->mark_radius > 0.0f ? scene->mark_radius : 2.0f,
-                  color_or(scene->mark_color, 0.98f, 0.85f, 0.15f));
-        draw_dots(&r, result, scene->particles, scene->particle_count,
-                  scene->particle_radius > 0.0f ? scene->particle_radius : 2.0f,
-                  color_or(scene->particle_color, 0.88f, 0.12f, 0.10f));
+        draw_marks(&r, result);
     }
     bvh_free(&r.bvh);
     free(r.corners);
