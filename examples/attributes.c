@@ -337,7 +337,7 @@ static bool read_surface_data(const struct run *run, struct surface_data *d)
     }
     return springls_interpolate_material(d->places, vertices, ball->positions, 3, ball->triangles, given, d->at) == SPRINGLS_OK
            && springls_interpolate_material(d->places, vertices, d->original_colors, COLORS, ball->triangles, given,
-                              d->looked_up) == SPRINGLS_OK
+                                            d->looked_up) == SPRINGLS_OK
            && springls_interpolate_material(d->corners, corners, ball->corner_uv, 2, NULL, given, d->uv) == SPRINGLS_OK
            && springls_interpolate_material(d->naive, corners, ball->corner_uv, 2, NULL, given, d->naive_uv) == SPRINGLS_OK;
 }

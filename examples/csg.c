@@ -153,7 +153,8 @@ static bool paint(struct solid *s, int number, int *triangles)
     }
     if (fine && s->mesh.colors) {
         fine = springls_springl_materials(s->ctx, places) == SPRINGLS_OK
-               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colors) == SPRINGLS_OK;
+               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colors)
+                      == SPRINGLS_OK;
     }
     fine = fine && springls_add_attribute(s->ctx, &desc, colors, NULL) == SPRINGLS_OK;
     free(colors);

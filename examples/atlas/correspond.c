@@ -351,10 +351,10 @@ static void measure(const struct atlas_template *template, struct atlas_subject 
 
 bool atlas_correspond(struct atlas_template *template, struct atlas_subject *subject, enum orientation orientation)
 {
-    const struct fit_source source = {template->center_points, template->center_normals, template->landmarks, template->center_count,
-                              template->landmark_count, template->size};
+    const struct fit_source source = {template->center_points, template->center_normals, template->landmarks,
+                                      template->center_count, template->landmark_count, template->size};
     struct motion motion = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
-                      .landmarks = subject->landmarks, .voxel = (float)template->voxel};
+                            .landmarks = subject->landmarks, .voxel = (float)template->voxel};
     const size_t vertices = (size_t)template->mesh.vertex_count;
     free(subject->shape);
     subject->shape = malloc(3 * vertices * sizeof *subject->shape);

@@ -266,7 +266,7 @@ static bool fill_mask(const struct volume *grid, const springls_params *params, 
                 volume_index_to_world(grid, index, points + 3 * i);
             }
             good = atlas_check(ctx, springls_sample_inside(ctx, points, grid->dims[0],
-                                                    mask + row * ((size_t)j + (size_t)grid->dims[1] * (size_t)k)), "mask");
+                                                           mask + row * ((size_t)j + (size_t)grid->dims[1] * (size_t)k)), "mask");
         }
     }
     springls_destroy(ctx);

@@ -91,7 +91,8 @@ static struct influences of_bones(const float *weights, int count, const int *jo
 }
 
 /* Extends the last bones of hands, feet and heads, which have no joint at their end, four fifths of the way to the surface. */
-static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints, int count)
+static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints,
+                         int count)
 {
     struct bvh bvh;
     if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {

@@ -206,8 +206,8 @@ static float *channel_values(const struct morph *morph)
  * look-up. */
 static bool add_channels(struct morph *morph)
 {
-    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
-                                          SPRINGLS_POLICY_BLEND};
+    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND,
+                                          SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND};
     float *values = channel_values(morph);
     const bool good = values ? morph_check(morph->ctx, springls_add_attribute(morph->ctx, &desc, values, NULL), "bone weights")
                              : morph_no_memory();

@@ -151,7 +151,8 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"window", CLI_STRING, &set->window_text, "LO,HI[;..]",
          "the object lies between LO and HI; more windows, more objects: each a label", 0, 0, NULL},
         {"ramp", CLI_DOUBLE, &set->ramp, "R",
-         "full pressure this far from the level, at most half the window; 0: a tenth of the image's range without 0.5 % at each end",
+         "full pressure this far from the level, at most half the window; 0: a tenth of the image's range without 0.5 % at each "
+         "end",
          0, 1e9, NULL},
         {"solid", CLI_FLAG, &set->solid, NULL,
          "what the object shuts in belongs to it, as marrow to bone: where a ball of three voxels does not come from outside",

@@ -314,7 +314,8 @@ bool track_run(struct track *track)
     size_t done = 1;
     const double begin = elapsed_seconds();
     progress_begin(&bar, "track4d", (size_t)track->frame_count, !cli_may_print(&track->settings.common));
-    bool good = do_frame(track, track->settings.reference, NULL) && follow_frames(track, 1, &bar, &done) && follow_frames(track, -1, &bar, &done);
+    bool good = do_frame(track, track->settings.reference, NULL) && follow_frames(track, 1, &bar, &done)
+             && follow_frames(track, -1, &bar, &done);
     progress_end(&bar);
     good = good && find_modes(track);
     track->seconds = elapsed_seconds() - begin;

@@ -296,7 +296,8 @@ static void save(struct viewer_app *app)
 static void go_back(struct viewer_app *app, bool forward)
 {
     if (app->hand == VIEWER_IDLE) {
-        const bool good = forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
+        const bool good =
+            forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
         show_message(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
         look_under_pointer(app);
     }
@@ -311,7 +312,11 @@ void viewer_app_key(struct viewer_app *app, int key, int modifiers)
         return;
     }
     switch (key) {
-    case 'V': app->view = (enum viewer_view)((app->view + (modifiers & VIEWER_SHIFT ? VIEWER_VIEWS - 1 : 1)) % VIEWER_VIEWS); break;
+    case 'V': {
+        const unsigned step = modifiers & VIEWER_SHIFT ? VIEWER_VIEWS - 1 : 1;
+        app->view = (enum viewer_view)((app->view + step) % VIEWER_VIEWS);
+        break;
+    }
     case '[': size_brush(app, -1.0f); break;
     case ']': size_brush(app, 1.0f); break;
     case 'F': fit(app); break;

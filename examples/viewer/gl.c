@@ -24,8 +24,8 @@ static GLuint compile(GLenum kind, const char *const *lines, int count, char *er
     return shader;
 }
 
-static GLuint link_program(const char *const *vertex, int vertex_lines, const char *const *fragment, int fragment_lines, char *error,
-                           size_t size)
+static GLuint link_program(const char *const *vertex, int vertex_lines, const char *const *fragment, int fragment_lines,
+                           char *error, size_t size)
 {
     const GLuint program = glCreateProgram();
     const GLuint v = compile(GL_VERTEX_SHADER, vertex, vertex_lines, error, size);
@@ -84,8 +84,8 @@ void viewer_gl_destroy(struct viewer_gl *gl)
 
 /* ---- surfaces ---- */
 
-void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count, const void *triangles,
-                   size_t index_bytes, int triangle_count)
+void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
+                   const void *triangles, size_t index_bytes, int triangle_count)
 {
     if (!surface->vertex_array) {
         glGenVertexArrays(1, &surface->vertex_array);
@@ -222,8 +222,8 @@ static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count, const struct viewer_camera *camera,
-                    const struct viewer_paint *paint)
+void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count,
+                    const struct viewer_camera *camera, const struct viewer_paint *paint)
 {
     static const float none[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     const float base[3] = {paint->base.r, paint->base.g, paint->base.b};
@@ -272,7 +272,8 @@ void viewer_gl_line(const struct viewer_gl *gl, const float ends[4], struct colo
     if (vec3_length(along) > 0.0f) {
         vec3_normalize(along);
         const float x = -along[1] * half_width, y = along[0] * half_width;
-        float corners[8] = {ends[0] - x, ends[1] - y, ends[2] - x, ends[3] - y, ends[0] + x, ends[1] + y, ends[2] + x, ends[3] + y};
+        float corners[8] = {ends[0] - x, ends[1] - y, ends[2] - x, ends[3] - y,
+                            ends[0] + x, ends[1] + y, ends[2] + x, ends[3] + y};
         draw_quadrilateral(gl, corners, false, color);
     }
 }

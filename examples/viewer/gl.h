@@ -38,16 +38,16 @@ bool viewer_gl_create(struct viewer_gl *gl, char *error, size_t size);
 void viewer_gl_destroy(struct viewer_gl *gl);
 
 /* Copies a surface to the device. arrays: NULL or vertex_count * 3 floats each; triangles: uint16_t, or of 4 bytes. */
-void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count, const void *triangles,
-                   size_t index_bytes, int triangle_count);
+void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
+                   const void *triangles, size_t index_bytes, int triangle_count);
 void viewer_gl_unset(struct viewer_surface *surface);
 void viewer_gl_set_panel(struct viewer_gl *gl, const struct image *picture);
 
 /* Draw a frame: begin, draw, line and panel in this order, show. `width` and `height` are pixels. begin returns false if there
  * is no memory for them. */
 bool viewer_gl_begin(struct viewer_gl *gl, int width, int height);
-void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count, const struct viewer_camera *camera,
-                    const struct viewer_paint *paint);
+void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count,
+                    const struct viewer_camera *camera, const struct viewer_paint *paint);
 void viewer_gl_line(const struct viewer_gl *gl, const float ends[4], struct color color); /* pixels from the upper left corner */
 void viewer_gl_panel(const struct viewer_gl *gl);                                         /* draws it in the upper left corner */
 void viewer_gl_show(const struct viewer_gl *gl);                                          /* copies the frame to the window */

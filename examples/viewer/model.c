@@ -11,7 +11,8 @@
 #define COLOR "color"          /* the name of the attribute */
 #define BODY_SHARE (2.0 / 3.0) /* of the grid's side; the rest is space to drag and inflate into */
 
-static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND};
+static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
+                                                        SPRINGLS_POLICY_BLEND};
 
 static bool refuse(struct viewer_model *model, const char *text)
 {
@@ -133,7 +134,8 @@ static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
     }
     const springls_status status = springls_set_mesh(model->ctx, mesh->positions, (int)mesh->vertex_count, 0, triangles,
                                                      (int)mesh->triangle_count, NULL);
-    const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx)) && (!mesh->colors || take_colors(model, mesh, triangles));
+    const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx))
+                   && (!mesh->colors || take_colors(model, mesh, triangles));
     free(triangles);
     model->rest_steps_due = 2 * springls_get_params(model->ctx).resample_period;
     return good && take_box(model);
@@ -186,7 +188,8 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
-    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_implicit(&made, fn, user);
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0])
+                   && set_implicit(&made, fn, user);
     return replace(second, &made, good);
 }
 

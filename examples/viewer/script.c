@@ -66,7 +66,10 @@ static bool modifiers(const struct run *run, int first, int *result)
 
 static int button(const char *word)
 {
-    return strcmp(word, "left") == 0 ? VIEWER_LEFT : strcmp(word, "right") == 0 ? VIEWER_RIGHT : strcmp(word, "middle") == 0 ? VIEWER_MIDDLE : -1;
+    return strcmp(word, "left") == 0     ? VIEWER_LEFT
+           : strcmp(word, "right") == 0  ? VIEWER_RIGHT
+           : strcmp(word, "middle") == 0 ? VIEWER_MIDDLE
+                                         : -1;
 }
 
 static int key(const char *word)

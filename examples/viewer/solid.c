@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side, struct viewer_cut *cut)
+bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side,
+                        struct viewer_cut *cut)
 {
     const float along = vec3_dot(from->direction, to->direction);
     memcpy(cut->eye, from->origin, sizeof cut->eye);

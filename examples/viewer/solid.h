@@ -15,7 +15,8 @@ struct viewer_cut {
 };
 
 /* Makes a cut between two rays. Returns false if the rays are too close to each other. */
-bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side, struct viewer_cut *cut);
+bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side,
+                        struct viewer_cut *cut);
 
 /* Subtracts the cut; the rest keeps its springls, correspondences and colors. After a failure the model may be empty. */
 bool viewer_subtract(struct viewer_model *model, const struct viewer_cut *cut);

@@ -32,7 +32,8 @@ static int read_command_line(struct settings *set, int argc, char **argv)
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
         {"screenshot", CLI_STRING, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
-        {"bench", CLI_FLAG, &set->bench, NULL, "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
+        {"bench", CLI_FLAG, &set->bench, NULL,
+         "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional mesh[] = {{"MESH", &set->mesh, "PLY, OBJ, STL, OFF or glTF; without it a ball", false}};

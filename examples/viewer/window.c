@@ -34,7 +34,8 @@ static void on_move(GLFWwindow *handle, double x, double y) { viewer_app_move(ap
 
 static void on_scroll(GLFWwindow *handle, double x, double y)
 {
-    const bool ctrl = glfwGetKey(handle, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS || glfwGetKey(handle, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+    const bool ctrl = glfwGetKey(handle, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS
+                   || glfwGetKey(handle, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
     (void)x;
     viewer_app_scroll(app_of(handle), (float)y, ctrl ? VIEWER_CTRL : 0);
 }

@@ -288,8 +288,8 @@ static int take_positional(const struct cli_program *program, const char *token,
 }
 
 /* Stores the option of argv[*i], "--name", "--name=value" or "--name" and the next word, to which *i then points. */
-static int take_option(const struct cli_program *program, const struct cli_option *common, int common_count, int argc, char **argv,
-                       int *i)
+static int take_option(const struct cli_program *program, const struct cli_option *common, int common_count, int argc,
+                       char **argv, int *i)
 {
     const char *token = argv[*i], *name = token + 2;
     const size_t length = token[1] == '-' ? strcspn(name, "=") : 0;
@@ -334,7 +334,8 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
         }
     }
     if (status == CLI_CONTINUE && positionals < program->positional_count && program->positionals[positionals].required) {
-        return cli_fail(program->name, CLI_EXIT_USAGE, "missing argument %s (see --help)", program->positionals[positionals].name);
+        return cli_fail(program->name, CLI_EXIT_USAGE, "missing argument %s (see --help)",
+                        program->positionals[positionals].name);
     }
     return status;
 }

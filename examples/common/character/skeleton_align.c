@@ -354,8 +354,8 @@ static double skeleton_ratio(const struct character *source, const struct charac
 void skeleton_fit_bones(const struct character *source, const struct character *target, const int *map, struct affine *bones)
 {
     const size_t capacity = (size_t)source->joint_count + 8;
-    struct bone_ends ends = {malloc(3 * capacity * sizeof(float)), malloc(3 * capacity * sizeof(float)), malloc(capacity * sizeof(double)),
-                             0};
+    struct bone_ends ends = {malloc(3 * capacity * sizeof(float)), malloc(3 * capacity * sizeof(float)),
+                             malloc(capacity * sizeof(double)), 0};
     const double ratio = skeleton_ratio(source, target, map);
     for (int i = 0; i < source->joint_count; ++i) {
         const int up = mapped_above(source, map, i), parent = source->joints[i].parent;

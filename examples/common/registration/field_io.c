@@ -46,7 +46,9 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
             if (c == 0) {
                 return false;
             }
-            return strstr(error, "there is no frame") ? write_error(error, path, "no displacement field: it has no three frames") : false;
+            return strstr(error, "there is no frame")
+                       ? write_error(error, path, "no displacement field: it has no three frames")
+                       : false;
         }
         wrong = fault(&component);
         if (!wrong && c == 0 && !field_create(&component, field)) {

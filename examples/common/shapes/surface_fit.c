@@ -332,8 +332,8 @@ bool warp_solve(struct warp *warp, const struct warp_constraint *constraints)
     return good;
 }
 
-static struct warp_constraint follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
-                                       const float at[3], const float normal[3])
+static struct warp_constraint follow_surface(const struct warp *warp, int a, const struct target *target,
+                                             const struct similarity *pose, const float at[3], const float normal[3])
 {
     const double sigma = noise * warp->size, loose = 1e3 * sigma;
     struct target_hit hit;
@@ -349,7 +349,8 @@ static struct warp_constraint follow_surface(const struct warp *warp, int a, con
     return known ? warp_constraint_along(displacement, hit.normal, sigma) : isotropic_constraint(displacement, loose);
 }
 
-static struct warp_constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back, const float landmark[3])
+static struct warp_constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back,
+                                              const float landmark[3])
 {
     double displacement[3];
     float to[3];

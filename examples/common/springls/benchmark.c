@@ -37,7 +37,8 @@ struct benchmark_options benchmark_defaults(void)
 void benchmark_option_table(struct benchmark_options *o, struct cli_option *table)
 {
     const struct cli_option all[BENCHMARK_OPTION_COUNT] = {
-        {"steps", CLI_INT, &o->steps, "K", "time steps (0: as the paper, with --params paper; else two voxels a step at most)", 0.0, 10000000.0, NULL},
+        {"steps", CLI_INT, &o->steps, "K",
+         "time steps (0: as the paper, with --params paper; else two voxels a step at most)", 0.0, 10000000.0, NULL},
         {"set", CLI_STRING, &o->set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
         {"topology", CLI_CHOICE, &o->topology, NULL, "may the level set change its topology?", 0.0, 0.0, "free|preserved"},
         {"every-step", CLI_FLAG, &o->every_step, NULL, "count components and the Euler number after every step", 0.0, 0.0, NULL},

@@ -146,8 +146,9 @@ static void print_paper(const struct benchmark *b)
 
 void benchmark_print_table(const struct benchmark *b, const struct benchmark_options *o, const struct benchmark_result *r)
 {
-    printf("%s, grid %d^3, %d steps, %s parameters%s%s, %s, %d thread%s; errors in voxels, mean +- deviation\n", b->title, b->grid,
-           r->steps, o->common.params, o->set ? " with " : "", o->set ? o->set : "", r->backend, r->threads, r->threads == 1 ? "" : "s");
+    printf("%s, grid %d^3, %d steps, %s parameters%s%s, %s, %d thread%s; errors in voxels, mean +- deviation\n", b->title,
+           b->grid, r->steps, o->common.params, o->set ? " with " : "", o->set ? o->set : "", r->backend, r->threads,
+           r->threads == 1 ? "" : "s");
     printf(ROW, "", "springls", "deformation", "tracking", "at half time", "surface", "volume", "time");
     print_ours(b, r);
     print_paper(b);
