@@ -1666,7 +1666,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- back in kernels_embed/language/simd.h -------- */
 
-/* ======== >>vector_body  (kernels_embed/language/vector_body.h) ================================================ */
+/* ======== again: vector_body  (kernels_embed/language/vector_body.h) =========================================== */
 /* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
    several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */
 
@@ -1817,7 +1817,7 @@ typedef struct springls__tri_plan {
 } springls__tri_plan;
 
 
-/* ======== >>width_float  (kernels_embed/language/width_float.h) ================================================ */
+/* ======== again: width_float  (kernels_embed/language/width_float.h) =========================================== */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -1880,7 +1880,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
-/* ======== >>width_simd  (kernels_embed/language/width_simd.h) ================================================== */
+/* ======== again: width_simd  (kernels_embed/language/width_simd.h) ============================================= */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -1897,7 +1897,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
-/* ======== >>triangle_body  (kernels_embed/language/triangle_body.h) ============================================ */
+/* ======== again: triangle_body  (kernels_embed/language/triangle_body.h) ======================================= */
 /* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
 
 /* Returns 1 / |b - a|^2, or 0 for a segment of no length. */
@@ -2020,7 +2020,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
 
 
-/* ======== >>width_float  (kernels_embed/language/width_float.h) ================================================ */
+/* ======== again: width_float  (kernels_embed/language/width_float.h) =========================================== */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2098,7 +2098,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 /* -------- back in kernels_embed/model/model.h -------- */
 
-/* ======== >>width_simd  (kernels_embed/language/width_simd.h) ================================================== */
+/* ======== again: width_simd  (kernels_embed/language/width_simd.h) ============================================= */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -2115,7 +2115,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- back in kernels_embed/model/model.h -------- */
 
-/* ======== >>springl_body  (kernels_embed/model/springl_body.h) ================================================= */
+/* ======== again: springl_body  (kernels_embed/model/springl_body.h) ============================================ */
 /* springl_body.h - the record of a springl, and of several at once, lane by lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
@@ -2978,7 +2978,7 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
 }
 
 
-/* ======== >>width_float  (kernels_embed/language/width_float.h) ================================================ */
+/* ======== again: width_float  (kernels_embed/language/width_float.h) =========================================== */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -3009,7 +3009,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 }
 /* -------- back in kernels_embed/stages/advect.h -------- */
 
-/* ======== >>width_simd  (kernels_embed/language/width_simd.h) ================================================== */
+/* ======== again: width_simd  (kernels_embed/language/width_simd.h) ============================================= */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -3026,7 +3026,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- back in kernels_embed/stages/advect.h -------- */
 
-/* ======== >>advect_body  (kernels_embed/stages/advect_body.h) ================================================== */
+/* ======== again: advect_body  (kernels_embed/stages/advect_body.h) ============================================= */
 /* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
 
 /* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
@@ -3265,7 +3265,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 }
 
 
-/* ======== >>width_float  (kernels_embed/language/width_float.h) ================================================ */
+/* ======== again: width_float  (kernels_embed/language/width_float.h) =========================================== */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -3452,7 +3452,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
-/* ======== >>width_simd  (kernels_embed/language/width_simd.h) ================================================== */
+/* ======== again: width_simd  (kernels_embed/language/width_simd.h) ============================================= */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -3469,7 +3469,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
-/* ======== >>relax_body  (kernels_embed/stages/relax_body.h) ==================================================== */
+/* ======== again: relax_body  (kernels_embed/stages/relax_body.h) =============================================== */
 /* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
 
    The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
@@ -4147,7 +4147,7 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
 
-/* ======== >>width_float  (kernels_embed/language/width_float.h) ================================================ */
+/* ======== again: width_float  (kernels_embed/language/width_float.h) =========================================== */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
    stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -4177,7 +4177,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 }
 /* -------- back in kernels_embed/stages/project.h -------- */
 
-/* ======== >>width_simd  (kernels_embed/language/width_simd.h) ================================================== */
+/* ======== again: width_simd  (kernels_embed/language/width_simd.h) ============================================= */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    Without a guard, as it stands before every body. */
 #undef SPRINGLS__WIDTH
@@ -4194,7 +4194,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- back in kernels_embed/stages/project.h -------- */
 
-/* ======== >>project_body  (kernels_embed/stages/project_body.h) ================================================ */
+/* ======== again: project_body  (kernels_embed/stages/project_body.h) =========================================== */
 /* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
 
 /* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */

@@ -3,7 +3,8 @@
      embed src/springls_parts.h kernels_embed/one.cl ... > springls.h
 
    1. Quoted includes are replaced by the file they name (relative to the including file), under a banner with a
-      greppable tag. <system> includes stay. A part with an include guard is taken once; one without, as often as C would.
+      greppable tag. <system> includes stay. A part with an include guard is taken once; one without, as often as C would,
+      in the OpenCL program text too.
    2. The line  SPRINGLS__EMBED_KERNELS in a comment of its own  becomes the OpenCL program text, one string literal a
       line: every part that lies in kernels_embed/, then the .cl files of the command line in their order. #line
       directives in that text point into springls.h, so the build log of an OpenCL driver does too.
@@ -279,10 +280,11 @@ static char *place(const char *path, size_t index)
     return join(path, number, "");
 }
 
-static void banner(const char *path)
+/* Adds the headline of a file; >>tag is that of its first inclusion. */
+static void banner(const char *path, int again)
 {
     text t = { 0, 0, 0 };
-    append_string(&t, "/* ======== >>");
+    append_string(&t, again ? "/* ======== again: " : "/* ======== >>");
     append_string(&t, tag_of(path));
     append_string(&t, "  (");
     append_string(&t, path);
@@ -309,7 +311,7 @@ static void take(const char *path, const char *asked_by, const chain *up)
         return;
     }
     file = read_lines(path, asked_by);
-    if (up) banner(path);
+    if (up) banner(path, known != 0);
     if (!known) {
         part p;
         p.path = path;

@@ -64,10 +64,23 @@ embed_kernels() (
     $embed src/a.h kernels_embed/b.cl kernels_embed/a.cl > springls.h || return
     sed -n '/^#ifdef PRINT/,/^#endif/p' springls.h > print.c
     $1 -DPRINT -o print print.c && ./print > text || return
-    printf '%s\n' two "$tricky" one ay '' bee | cmp - <(grep -v '^#line' text) || return
+    printf '%s\n' two "$tricky" one '' bee ay | cmp - <(grep -v '^#line' text) || return
     # Every line of the text is found in the line of springls.h that #line claims for it.
     awk '/^#line/ { n = $2; next } { print n++ ":" $0 }' text | grep -E ':(two|one|ay|bee)$' |
         while IFS=: read -r n word; do sed -n "${n}p" springls.h | grep -q "$word" || echo "line $n holds no $word"; done
+)
+
+# A text without a guard is in the OpenCL text as often as it is included, each time after the macros set for it; its tag is unique.
+embed_bodies() (
+    cd $w
+    file kernels_embed/one.h '#ifndef ONE' '#define ONE' '#define N float' '#include "body.h"' '#undef N' '#define N int' \
+        '#include "body.h"' '#endif'
+    file kernels_embed/body.h 'N'
+    file src/a.h '#include "../kernels_embed/one.h"' '#include "../kernels_embed/one.h"' '/* SPRINGLS__EMBED_KERNELS */'
+    $embed src/a.h > springls.h || return
+    sed -n 's/^    "\([^#].*\|#[^l].*\)\\n",$/\1/p' springls.h > text
+    printf '%s\n' '#ifndef ONE' '#define ONE' '#define N float' N '#undef N' '#define N int' N '#endif' | cmp - text || return
+    [ "$(grep -c '= >>body' springls.h) $(grep -c '^N$' springls.h)" = '1 2' ] || cat springls.h
 )
 
 embed_renames() (
@@ -82,4 +95,5 @@ embed_renames() (
 check "embed: errors in one clear line" embed_errors
 check "embed: includes" embed_includes
 check "embed: OpenCL text and its line numbers" embed_kernels "${CC:-cc}"
+check "embed: a body for each width" embed_bodies
 check "embed: list of public functions" embed_renames
