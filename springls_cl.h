@@ -4,20 +4,21 @@
      #include "springls_cl.h"                   instead of springls.h, which it includes
 
      springls_backend *backend;
-     springls_cl_create(NULL, &backend);        one line more ...
+     springls_cl_create(NULL, &backend);        one more line ...
      desc.backend = backend;                    ... and this one
      springls_create(&desc, &ctx);
 
-   Needs the headers CL/cl.h to compile, and nothing to start: the OpenCL library is loaded at run time. On a machine without
-   one springls_cl_create warns and sets *backend to NULL, and with that springls_create makes a scalar context.
+   NEEDS  CL/cl.h to compile, and nothing to start: the OpenCL library is loaded at run time. On a machine without one
+   springls_cl_create logs a warning and sets *backend to NULL, which makes springls_create use scalar code.
 
-   When the device fails, what is on it is brought to the host, the work goes on there, and the context does without the device
-   from then on; the call that was at work returns SPRINGLS_DEVICE_FAILED, once. When the model cannot be brought back any more it is
-   empty. springls_last_error says which.
+   MEMORY  The model stays on the device from step to step. What host code reads (views, meshes, queries) is downloaded once,
+   until the model changes again.
 
-   The model stays on the device from step to step. What host code asks for (views, meshes, queries) is downloaded
-   once, until the model changes again. On devices that round division and square roots correctly results are the same
-   bits as the scalar backend's.
+   BITS  On devices that round divisions and square roots correctly, results have the same bits as the scalar backend's.
+
+   FAILURE  When the device fails, the model is read back, the work is completed by scalar code, and the context stays without a
+   device from then on; the call that was running returns SPRINGLS_DEVICE_FAILED, once. When the model can no longer be read back
+   it is empty, and springls_last_error() reports that.
 
    Licence: as springls.h. */
 #ifndef SPRINGLS_CL_H
@@ -31,54 +32,61 @@
 #define springls_cl_name SPRINGLS__NAME(springls_cl_name)
 #define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
 #define springls_cl_get_counts SPRINGLS__NAME(springls_cl_get_counts)
-#define springls_cl_springls SPRINGLS__NAME(springls_cl_springls)
+#define springls_cl_springl_buffer SPRINGLS__NAME(springls_cl_springl_buffer)
 #endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef enum springls_cl_kind { SPRINGLS_CL_KIND_ANY, SPRINGLS_CL_KIND_GPU, SPRINGLS_CL_KIND_CPU } springls_cl_kind;
+/* Names the device to choose. */
+typedef enum springls_cl_kind {
+    SPRINGLS_CL_KIND_ANY, /* a GPU if there is one, else what there is */
+    SPRINGLS_CL_KIND_GPU,
+    SPRINGLS_CL_KIND_CPU
+} springls_cl_kind;
 
-/* Zero-initialised members mean the default. */
+/* Describes a backend; zero-initialised members mean the default. */
 typedef struct springls_cl_desc {
-    springls_cl_kind kind;    /* what to pick: ANY is a GPU if there is one, else what there is                  */
-    void *context;            /* cl_context of the caller, retained; NULL: a new one on the device picked        */
-    void *device;             /* cl_device_id in that context, which `kind` has no say in; NULL: its first       */
-    void *queue;              /* cl_command_queue of the caller for it, in order, retained; NULL: a new one      */
-    const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
-    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor          */
-    bool timed;               /* waits at the end of every stage: springls_stats.seconds are then the stages' own */
-    springls_velocity_fn velocity; /* a force callback ... */
-    const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
-                                      float3 springls_velocity(float3 x, float time, __global const float *user) */
-    size_t velocity_user_bytes;    /* of springls_forces.user, sent in every step; 0: it may not read `user`   */
-    springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
+    springls_cl_kind kind;    /* the device to choose when `context` is NULL                                         */
+    void *context;            /* the caller's cl_context, retained; NULL: a new one on the chosen device             */
+    void *device;             /* a cl_device_id of `context`; NULL: its first                                        */
+    void *queue;              /* the caller's in-order cl_command_queue for that device, retained; NULL: a new one   */
+    const char *library;      /* file name of the OpenCL library; NULL: the system's                                 */
+    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor              */
+    bool timed;               /* wait at the end of every stage, so that springls_stats.seconds are each stage's own */
+    springls_velocity_fn velocity; /* a velocity callback that velocity_source replaces on the device                */
+    const char *velocity_source;   /* the same function in OpenCL C:
+                                      float3 springls_velocity(float3 x, float time, __global const float *user)     */
+    size_t velocity_user_bytes;    /* bytes of springls_forces.user, sent at every step; 0: the source reads no user */
+    springls_logger logger;   /* receives what was chosen, why there is none, and build logs with lines of springls.h */
 } springls_cl_desc;
 
-/* Makes a backend for springls_desc.backend; desc may be NULL. Compiles the kernels, which may take seconds; memory is malloc's.
-   It belongs to the thread of its contexts. On failure *out is NULL and nothing is left allocated: DEVICE, after a warning, and
-   the build log if there is one: there is no OpenCL, no such device, or it cannot run the kernels; OUT_OF_MEMORY;
-   INVALID_ARGUMENT, a member out of range, a queue without its context or not in order, or only one of velocity and
-   velocity_source. */
+/* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels, which may take seconds. The backend
+   is for the thread of its contexts; its memory comes from malloc. On failure *out is NULL and nothing is left allocated.
+   DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the build log.
+   OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not in order,
+   or only one of velocity and velocity_source is given. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
-/* After the contexts that use it; NULL is allowed. */
+/* Destroys a backend, after the contexts that use it; NULL is allowed. */
 SPRINGLS_API void springls_cl_destroy(springls_backend *backend);
 
-/* "platform: device", as OpenCL calls them; belongs to the backend. "" for NULL. */
+/* Returns "platform: device", as OpenCL names them; the text belongs to the backend. NULL: "". */
 SPRINGLS_API const char *springls_cl_name(const springls_backend *backend);
 
-/* True when the device rounds as C does: then results are the scalar backend's, bit by bit. */
+/* Returns true when the device rounds as C does: then results have the scalar backend's bits. */
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
 
-/* The device's memory (cl_mem) of the springls, springls_count of them in 64 bytes each: 12 floats q0 q1 q2 p in voxels, and 4
-   that are private. For drawing without a way over the host: to be read only, in the backend's queue, until the next call with
-   ctx. NULL for an empty model, or one without this backend. */
-SPRINGLS_API void *springls_cl_springls(springls_context *ctx);
+/* Returns the device's buffer (cl_mem) of the springls, to draw them without a copy through the host: springls_count of them, 64
+   bytes each, 12 floats q0 q1 q2 p in voxels and 4 private ones. It is to be read only, in the backend's queue, until the next
+   call with ctx. NULL: the model is empty, or has no backend. */
+SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx);
 
-/* What has been done so far, by all contexts: kernels started, and bytes that went each way. */
+/* Counts what all contexts of a backend have done so far: kernels started, transfers, and their bytes. */
 typedef struct springls_cl_counts { uint64_t kernels, uploads, downloads, bytes_up, bytes_down; } springls_cl_counts;
+
+/* Returns these counts; NULL: zeros. */
 SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend);
 
 #ifdef __cplusplus
@@ -828,7 +836,7 @@ SPRINGLS_API bool springls_cl_exact(const springls_backend *backend)
     return backend && ((const springls__cl *)(const void *)backend)->exact;
 }
 
-SPRINGLS_API void *springls_cl_springls(springls_context *ctx)
+SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx)
 {
     if (!ctx || !ctx->backend || ctx->model.set.count == 0) return NULL;
     springls__use_device(ctx);

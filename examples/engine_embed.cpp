@@ -389,9 +389,9 @@ private:
             undo.pop_front();
         }
         moment.step = report.steps;
-        if (springls_snapshot(model, SPRINGLS_SNAPSHOT_FRAME, nullptr, 0, &size) != SPRINGLS_OK) fail();
+        if (springls_snapshot(model, SPRINGLS_SNAPSHOT_KIND_FRAME, nullptr, 0, &size) != SPRINGLS_OK) fail();
         moment.bytes.resize(size);
-        if (springls_snapshot(model, SPRINGLS_SNAPSHOT_FRAME, moment.bytes.data(), size, &size) != SPRINGLS_OK) fail();
+        if (springls_snapshot(model, SPRINGLS_SNAPSHOT_KIND_FRAME, moment.bytes.data(), size, &size) != SPRINGLS_OK) fail();
         report.snapshot_ms = std::max(report.snapshot_ms, 1e3 * (now(nullptr) - begin));
         report.snapshot_bytes = size;
         undo.push_back(std::move(moment));

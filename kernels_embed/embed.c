@@ -3,13 +3,15 @@
      embed src/springls_parts.h kernels_embed/one.cl ... > springls.h
 
    1. Quoted includes are replaced by the file they name (relative to the including file), under a banner with a
-      greppable tag. <system> includes stay. A part with an include guard is taken once; one without, as often as C would,
-      in the OpenCL program text too.
+      greppable tag. <system> includes stay. A part with an include guard is taken once, before the first part that
+      includes it at its top: so the order follows from the includes. A private guard (SPRINGLS__...) is left out. A part
+      without a guard is taken as often as C would.
    2. The line  SPRINGLS__EMBED_KERNELS in a comment of its own  becomes the OpenCL program text, one string literal a
-      line: every part that lies in kernels_embed/, then the .cl files of the command line in their order. #line
-      directives in that text point into springls.h, so the build log of an OpenCL driver does too.
+      line: every part that lies in kernels_embed/, then the .cl files of the command line and those that they include.
+      #line directives in that text point into springls.h, so the build log of an OpenCL driver does too.
    3. The line  SPRINGLS__NAMESPACE_RENAMES in a comment of its own  becomes one #define for each function that is
       declared with SPRINGLS_API, so no function can be forgotten there.
+   4. An include of a part in a higher room (the table below), a circle of includes and two tags of one name are refused.
 
    Without this tool both comments do nothing, and the parts compile as they are.
    Memory is never freed: the tool lives for some milliseconds. */
@@ -22,8 +24,16 @@
 
 static const char PRODUCT[] = "springls.h";
 static const char MATHS_FOLDER[] = "kernels_embed/";
+static const char PRIVATE_GUARD[] = "SPRINGLS__";
 static const char KERNELS_MARKER[] = "/* SPRINGLS__EMBED_KERNELS */";
 static const char RENAMES_MARKER[] = "/* SPRINGLS__NAMESPACE_RENAMES */";
+
+/* The rooms, lowest first: a part includes parts of its own room and of lower ones. */
+static const char *const rooms[] = {
+    "kernels_embed/interface", "kernels_embed/language", "kernels_embed/model", "kernels_embed/stages", "kernels_embed/output",
+    "kernels_embed/device",
+    "src/interface", "src/runtime", "src/model", "src/stages", "src/solver", "src/lifecycle", "src/input", "src/output", "src/tools"
+};
 
 /* ---- errors, memory, text ---- */
 
@@ -91,6 +101,7 @@ static size_t word_length(const char *s)
 typedef struct line {
     const char *string;   /* without its line end */
     const char *code;     /* the same with its comments blanked, so that examples in comments are not taken for code */
+    size_t number;        /* in its file, from 0 on */
     int in_comment;       /* it begins inside a comment */
     int maths;            /* it belongs to the OpenCL program text */
 } line;
@@ -105,7 +116,7 @@ static void add_line(lines *list, line l)
 
 static void add_string(lines *list, const char *string)
 {
-    line l = { 0, "", 0, 0 };
+    line l = { 0, "", 0, 0, 0 };
     l.string = string;
     add_line(list, l);
 }
@@ -155,11 +166,12 @@ static lines read_lines(const char *path, const char *asked_by)
     if (!file.length) die("%s: %s is empty", asked_by, path);
     if (memchr(file.at, 0, file.length)) die("%s: %s is no text file (it holds a zero byte)", asked_by, path);
     for (s = file.at; *s; s = end) {
-        line l = { 0, 0, 0, 0 };
+        line l = { 0, 0, 0, 0, 0 };
         end = strchr(s, '\n');
         end = end ? end + 1 : s + strlen(s);
         for (n = (size_t)(end - s); n > 0 && (s[n - 1] == '\n' || s[n - 1] == '\r'); n--) {}
         l.string = copy(s, n);
+        l.number = list.count;
         l.in_comment = in_comment;
         l.code = blank_comments(l.string, &in_comment);
         add_line(&list, l);
@@ -187,8 +199,8 @@ static int is_marker(const line *l, const char *marker)
     return !l->in_comment && strncmp(s, marker, n) == 0 && !*skip_blanks(s + n);
 }
 
-/* The file begins with #ifndef X, #define X. */
-static int has_guard(const lines *file)
+/* The name X of a file whose first two lines of code are #ifndef X and #define X, else NULL. */
+static char *guard_of(const lines *file)
 {
     const char *guard = 0, *defined;
     size_t i;
@@ -196,13 +208,28 @@ static int has_guard(const lines *file)
         if (!*skip_blanks(file->at[i].code)) continue;
         if (!guard) {
             if (!(guard = directive(&file->at[i], "ifndef"))) return 0;
-        } else {
-            defined = directive(&file->at[i], "define");
-            return defined && word_length(defined) == word_length(guard)
-                && memcmp(defined, guard, word_length(guard)) == 0;
+            continue;
         }
+        defined = directive(&file->at[i], "define");
+        if (!defined || word_length(defined) != word_length(guard) || memcmp(defined, guard, word_length(guard)) != 0) return 0;
+        return copy(guard, word_length(guard));
     }
     return 0;
+}
+
+/* Takes the guard's #ifndef, #define and #endif, the last of the file, out of a file. */
+static void drop_guard(lines *file)
+{
+    size_t i, n = 0, end = file->count;
+    int found = 0;
+    while (!directive(&file->at[--end], "endif")) {}
+    for (i = 0; i < file->count; i++) {
+        const char *code = skip_blanks(file->at[i].code);
+        if (i == end || (found < 2 && *code)) found++;
+        else file->at[n++] = file->at[i];
+    }
+    while (n > 0 && !*skip_blanks(file->at[n - 1].string)) n--;
+    file->count = n;
 }
 
 /* ---- paths ---- */
@@ -232,17 +259,31 @@ static char *resolve(const char *from, const char *name, size_t length)
 
 static const char *base_name(const char *path) { return strrchr(path, '/') ? strrchr(path, '/') + 1 : path; }
 
-static char *tag_of(const char *path)
-{
-    const char *base = base_name(path), *dot = strrchr(base, '.');
-    return copy(base, dot ? (size_t)(dot - base) : strlen(base));
-}
-
 /* The path leads through kernels_embed/. */
 static int is_maths(const char *path)
 {
     const char *found = strstr(path, MATHS_FOLDER);
     return found && (found == path || found[-1] == '/');
+}
+
+/* "relax" of src/stages/relax.h, "relax:kernel" of kernels_embed/stages/relax.h. */
+static char *tag_of(const char *path)
+{
+    const char *base = base_name(path), *dot = strrchr(base, '.');
+    char *name = copy(base, dot ? (size_t)(dot - base) : strlen(base));
+    return join(name, is_maths(path) ? ":kernel" : "", "");
+}
+
+/* The place of a part's folder in the table of rooms; -1: it lies in none. */
+static int room_of(const char *path)
+{
+    size_t i, folder = (size_t)(base_name(path) - path);
+    for (i = 0; i < sizeof rooms / sizeof *rooms; i++) {
+        size_t n = strlen(rooms[i]) + 1;
+        if (folder >= n && memcmp(path + folder - n, rooms[i], n - 1) == 0 && (folder == n || path[folder - n - 1] == '/'))
+            return (int)i;
+    }
+    return -1;
 }
 
 /* ---- step 1: the parts in reading order ---- */
@@ -251,8 +292,9 @@ typedef struct part { const char *path; int guarded; } part;
 
 static struct { part *at; size_t count, room; } parts;   /* every file taken so far */
 static lines product;                                    /* markers still in it */
+static lines device_text;                                /* of the .cl files */
 
-/* The chain of including files, to see cycles. */
+/* The chain of including files, to see circles. */
 typedef struct chain { const char *path; const struct chain *up; } chain;
 
 static const part *find_part(const char *path)
@@ -261,6 +303,16 @@ static const part *find_part(const char *path)
     for (i = 0; i < parts.count; i++)
         if (strcmp(parts.at[i].path, path) == 0) return &parts.at[i];
     return 0;
+}
+
+static void add_part(const char *path, int guarded)
+{
+    part p;
+    p.path = path;
+    p.guarded = guarded;
+    if (parts.count == parts.room)
+        parts.at = resize(parts.at, (parts.room = 2 * parts.room + 16) * sizeof *parts.at);
+    parts.at[parts.count++] = p;
 }
 
 /* The file that a quoted include names; NULL when the line is none. */
@@ -280,11 +332,10 @@ static char *place(const char *path, size_t index)
     return join(path, number, "");
 }
 
-/* Adds the headline of a file; >>tag is that of its first inclusion. */
-static void banner(const char *path, int again)
+static void banner(const char *path)
 {
     text t = { 0, 0, 0 };
-    append_string(&t, again ? "/* ======== again: " : "/* ======== >>");
+    append_string(&t, "/* ======== >>");
     append_string(&t, tag_of(path));
     append_string(&t, "  (");
     append_string(&t, path);
@@ -295,43 +346,96 @@ static void banner(const char *path, int again)
     add_string(&product, t.at);
 }
 
+/* Refuses a circle and an include of a higher room. asked_by: the line of the include. */
+static void check_include(const char *path, const char *asked_by, const chain *up)
+{
+    const chain *c;
+    int from, to;
+    for (c = up; c; c = c->up)
+        if (strcmp(c->path, path) == 0) die("%s: %s includes itself, by way of this line", asked_by, path);
+    if (!up || (from = room_of(up->path)) < 0) return;
+    to = room_of(path);
+    if (to < 0) die("%s: %s lies in no room", asked_by, path);
+    if (to > from) die("%s: %s lies in a higher room: %s is above %s", asked_by, path, rooms[to], rooms[from]);
+}
+
+static void take(const char *path, const char *asked_by, const chain *up);
+
+/* Takes what the file includes before its first line of other code, and takes those lines out of it. */
+static void take_includes_at_top(lines *file, const char *path, const chain *here)
+{
+    size_t i, n = 0;
+    int code_before = 0;
+    for (i = 0; i < file->count; i++) {
+        char *where = place(path, file->at[i].number);
+        char *inner = code_before ? 0 : quoted_include(&file->at[i], path, where);
+        if (inner) {
+            take(inner, where, here);
+            continue;
+        }
+        code_before |= *skip_blanks(file->at[i].code) != 0;
+        if (!code_before && n > 0 && !*skip_blanks(file->at[i].string) && !*skip_blanks(file->at[n - 1].string)) continue;
+        file->at[n++] = file->at[i];
+    }
+    file->count = n;
+}
+
+static int is_device(const char *path)
+{
+    size_t n = strlen(path);
+    return n > 3 && strcmp(path + n - 3, ".cl") == 0;
+}
+
+/* Is line i followed by one that is neither blank nor an include? */
+static int goes_on(const lines *file, size_t i)
+{
+    while (++i < file->count)
+        if (*skip_blanks(file->at[i].string)) return !directive(&file->at[i], "include");
+    return 0;
+}
+
+/* Adds the lines of a part to the product, or to the device's text, each include replaced by what it names. */
+static void add_text(const lines *file, const chain *here, int maths)
+{
+    size_t i;
+    for (i = 0; i < file->count; i++) {
+        line l = file->at[i];
+        char *where = place(here->path, l.number), *inner = quoted_include(&l, here->path, where);
+        size_t before = product.count;
+        l.maths = maths;
+        if (!inner) {
+            add_line(is_device(here->path) ? &device_text : &product, l);
+            continue;
+        }
+        take(inner, where, here);
+        /* The root is a mere list of includes; anywhere else the reader has to see where the part goes on. */
+        if (here->up && product.count > before && goes_on(file, i))
+            add_string(&product, join("/* -------- back in ", here->path, " -------- */"));
+    }
+}
+
+/* Takes a part: into the product, or a .cl file into the device's text. That includes only parts which are in the product. */
 static void take(const char *path, const char *asked_by, const chain *up)
 {
     chain here;
-    const chain *c;
     const part *known = find_part(path);
+    int device = is_device(path), from_device = up && is_device(up->path);
+    char *guard;
     lines file;
-    size_t i;
     here.path = path;
     here.up = up;
-    for (c = up; c; c = c->up)
-        if (strcmp(c->path, path) == 0) die("%s: %s includes itself, by way of this line", asked_by, path);
-    if (known && known->guarded) {
-        add_string(&product, join("/* ", path, " is above */"));
-        return;
-    }
+    check_include(path, asked_by, up);
+    if (from_device && !device && !known) die("%s: no part of springls.h includes %s", asked_by, path);
+    if (known && (known->guarded || from_device)) return;
     file = read_lines(path, asked_by);
-    if (up) banner(path, known != 0);
-    if (!known) {
-        part p;
-        p.path = path;
-        p.guarded = has_guard(&file);
-        if (parts.count == parts.room)
-            parts.at = resize(parts.at, (parts.room = 2 * parts.room + 16) * sizeof *parts.at);
-        parts.at[parts.count++] = p;
-    }
-    for (i = 0; i < file.count; i++) {
-        char *where = place(path, i);
-        char *inner = quoted_include(&file.at[i], path, where);
-        if (inner) {
-            take(inner, where, &here);
-            /* The root is a mere list of includes; anywhere else the reader wants to know where he is again. */
-            if (up && i + 1 < file.count) add_string(&product, join("/* -------- back in ", path, " -------- */"));
-        } else {
-            file.at[i].maths = is_maths(path);
-            add_line(&product, file.at[i]);
-        }
-    }
+    guard = guard_of(&file);
+    if (guard && strncmp(guard, PRIVATE_GUARD, strlen(PRIVATE_GUARD)) == 0) drop_guard(&file);
+    if (!known) add_part(path, guard != 0);
+    if (up || device) take_includes_at_top(&file, path, &here);
+    if (up && !device && known) add_string(&product, join("/* -------- again: ", path, " -------- */"));
+    else if (up && !device) banner(path);
+    /* A text without a guard is the device's too where one of its parts includes it. */
+    add_text(&file, &here, is_maths(path) && (guard || !up || !up->up || is_maths(up->path)));
 }
 
 /* ---- step 2: the OpenCL program text ---- */
@@ -367,11 +471,10 @@ static size_t product_line(size_t index, size_t marker, size_t growth)
 }
 
 /* The literals that replace the marker. Two rounds: how many there are decides the line numbers they speak of. */
-static lines kernel_literals(size_t marker, char **cl_files, int cl_count)
+static lines kernel_literals(size_t marker)
 {
     lines list = { 0, 0, 0 };
     size_t round, i, growth = 0;
-    int f;
     for (round = 0; round < 2; round++) {
         int consecutive = 0;
         list.count = 0;
@@ -382,18 +485,9 @@ static lines kernel_literals(size_t marker, char **cl_files, int cl_count)
             }
             consecutive = product.at[i].maths;
         }
-        for (f = 0; f < cl_count; f++) {
-            lines file = read_lines(cl_files[f], "command line");
-            /* The text of a .cl file stands nowhere in springls.h but in these literals: point at them. */
-            add_string(&list, line_directive(marker + 1 + list.count + 1));
-            for (i = 0; i < file.count; i++) {
-                char *where = place(cl_files[f], i);
-                char *inner = quoted_include(&file.at[i], cl_files[f], where);
-                const part *known = inner ? find_part(inner) : 0;
-                if (inner && !known) die("%s: no part of springls.h includes %s", where, inner);
-                add_string(&list, literal(known ? "" : file.at[i].string));
-            }
-        }
+        /* The text of a .cl file stands nowhere in springls.h but in these literals: point at them. */
+        if (device_text.count > 0) add_string(&list, line_directive(marker + 1 + list.count + 1));
+        for (i = 0; i < device_text.count; i++) add_string(&list, literal(device_text.at[i].string));
         growth = list.count - 1;
     }
     return list;
@@ -502,6 +596,7 @@ static void add_head(void)
     add_string(&head, "   They follow in this order; search for >>name:");
     for (i = 1; i < parts.count; i++) {
         text t = { 0, 0, 0 };
+        if (is_device(parts.at[i].path)) continue;
         append_string(&t, "     >>");
         append_string(&t, tag_of(parts.at[i].path));
         do append_string(&t, " "); while (t.length < 28);
@@ -513,22 +608,40 @@ static void add_head(void)
     product = head;
 }
 
+/* Refuses two banners or headings with one tag: what follows >> in a line of dashes, to the next blank. */
+static void check_tags(void)
+{
+    lines tags = { 0, 0, 0 };
+    size_t i;
+    for (i = 0; i < product.count; i++) {
+        const char *tag = strstr(product.at[i].string, "---- >>");
+        if (!tag) tag = strstr(product.at[i].string, "==== >>");
+        if (!tag) continue;
+        tag = copy(tag + 5, strcspn(tag + 5, " "));
+        if (known_name(&tags, tag)) die("two parts or headings have the tag %s", tag);
+        add_string(&tags, tag);
+    }
+}
+
 int main(int argc, char **argv)
 {
     long marker;
     size_t i;
+    int f;
     if (argc < 2 || argv[1][0] == '-') {
         fprintf(stderr, "usage: embed src/springls_parts.h [kernels_embed/x.cl ...] > %s\n", PRODUCT);
         return 2;
     }
     take(argv[1], "command line", 0);
+    for (f = 2; f < argc; f++) take(argv[f], "command line", 0);
+    check_tags();
     add_head();
     /* The renames first: from then on only the literals move lines, and they reckon with that themselves. */
     marker = find_marker(RENAMES_MARKER);
     if (marker >= 0) replace_line((size_t)marker, namespace_renames());
     marker = find_marker(KERNELS_MARKER);
     if (marker >= 0) {
-        replace_line((size_t)marker, kernel_literals((size_t)marker, argv + 2, argc - 2));
+        replace_line((size_t)marker, kernel_literals((size_t)marker));
     } else if (argc > 2) {
         die("no part holds the line %s that %s is for", KERNELS_MARKER, argv[2]);
     }

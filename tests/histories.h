@@ -1,6 +1,6 @@
 /* histories.h - lives of models that between them go through every stage, rule and input, and what is left of them in 64
    bits: equal for every number of threads (test_determinism.c), every compiler and every optimisation level
-   (compile/hashes.c). */
+   (portability/hashes.c). */
 #ifndef HISTORIES_H
 #define HISTORIES_H
 

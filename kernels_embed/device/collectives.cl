@@ -1,5 +1,9 @@
 /* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same
    whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */
+#ifndef SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
+#define SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
+
+#include "kernels.h"
 
 #define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))
 
@@ -415,3 +419,5 @@ SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, 
     model->set.parent[i] = from->parent;
     model->set.birth[i] = from->birth;
 }
+
+#endif

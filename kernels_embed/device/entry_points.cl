@@ -1,4 +1,10 @@
 /* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */
+#ifndef SPRINGLS__KERNEL_DEVICE_ENTRY_POINTS_CL
+#define SPRINGLS__KERNEL_DEVICE_ENTRY_POINTS_CL
+
+#include "collectives.cl"
+#include "kernels.h"
+#include "regions.cl"
 
 #define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,
 #define SPRINGLS__MEMBER(name, type, block, member) model.member = name;
@@ -38,3 +44,5 @@ SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)
 
 #define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)
 SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)
+
+#endif

@@ -1,6 +1,27 @@
 /* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
    the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
    (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+#ifndef SPRINGLS__KERNEL_DEVICE_KERNELS_H
+#define SPRINGLS__KERNEL_DEVICE_KERNELS_H
+
+#include "../model/cell_list.h"
+#include "../model/model.h"
+#include "../model/neighbors.h"
+#include "../stages/advect.h"
+#include "../stages/contract.h"
+#include "../stages/evolve.h"
+#include "../stages/fill_from_springls.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/keep_edges.h"
+#include "../stages/project_brick.h"
+#include "../stages/rebuild.h"
+#include "../stages/relax.h"
+#include "../stages/resample.h"
+#include "../stages/topology.h"
+#include "../stages/track.h"
+#include "../stages/unsigned_distance.h"
+#include "../stages/unsigned_to_signed.h"
+#include "../output/isosurface.h"
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
 #define SPRINGLS__KERNELS(X)                                                                          \
@@ -75,3 +96,5 @@
     X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
+
+#endif

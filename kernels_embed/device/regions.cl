@@ -1,5 +1,9 @@
 /* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.
    Whatever order they come in, results are the same: minima and sums of integers. */
+#ifndef SPRINGLS__KERNEL_DEVICE_REGIONS_CL
+#define SPRINGLS__KERNEL_DEVICE_REGIONS_CL
+
+#include "kernels.h"
 
 /* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----
    Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a
@@ -132,7 +136,7 @@ SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, i
     if (!springls__grid_contains(g, x, y, z)) return 0;
     slot = springls__slot_at(g, x, y, z);
     v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;
+    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture_range) return 0;
     return g->phi[v] > 0.0f ? 1 : -1;
 }
 
@@ -196,3 +200,5 @@ SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *mod
         if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;
     }
 }
+
+#endif

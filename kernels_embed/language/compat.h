@@ -1,7 +1,7 @@
 /* compat.h - the one place where the three languages of kernels_embed/ differ.
    Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */
-#ifndef SPRINGLS__COMPAT
-#define SPRINGLS__COMPAT
+#ifndef SPRINGLS__KERNEL_LANGUAGE_COMPAT_H
+#define SPRINGLS__KERNEL_LANGUAGE_COMPAT_H
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
@@ -29,10 +29,11 @@
 #else
   #include <float.h>
   #include <math.h>
+  #include <stddef.h>
+  #include <stdint.h>
   #if !defined(__cplusplus)
     #include <stdbool.h>
   #endif
-  #include <stdint.h>
   #include <string.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF

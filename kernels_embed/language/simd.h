@@ -1,8 +1,8 @@
 /* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
    has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
    the same order: the bits are the same for every width. */
-#ifndef SPRINGLS__SIMD_TYPES
-#define SPRINGLS__SIMD_TYPES
+#ifndef SPRINGLS__KERNEL_LANGUAGE_SIMD_H
+#define SPRINGLS__KERNEL_LANGUAGE_SIMD_H
 
 #include "vector.h"
 

@@ -1,6 +1,6 @@
 /* triangle.h - distances and shapes of one triangle. */
-#ifndef SPRINGLS__TRIANGLE
-#define SPRINGLS__TRIANGLE
+#ifndef SPRINGLS__KERNEL_LANGUAGE_TRIANGLE_H
+#define SPRINGLS__KERNEL_LANGUAGE_TRIANGLE_H
 
 #include "simd.h"
 

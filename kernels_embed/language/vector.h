@@ -1,6 +1,6 @@
 /* vector.h - three-vectors and functions of single numbers. */
-#ifndef SPRINGLS__VECTOR
-#define SPRINGLS__VECTOR
+#ifndef SPRINGLS__KERNEL_LANGUAGE_VECTOR_H
+#define SPRINGLS__KERNEL_LANGUAGE_VECTOR_H
 
 #include "compat.h"
 

@@ -1,6 +1,6 @@
 /* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
-#ifndef SPRINGLS__WINDING
-#define SPRINGLS__WINDING
+#ifndef SPRINGLS__KERNEL_LANGUAGE_WINDING_H
+#define SPRINGLS__KERNEL_LANGUAGE_WINDING_H
 
 #include "triangle.h"
 

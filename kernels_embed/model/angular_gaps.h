@@ -1,5 +1,9 @@
 /* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
    two of them opens, springls are missing or the surface ends. */
+#ifndef SPRINGLS__KERNEL_MODEL_ANGULAR_GAPS_H
+#define SPRINGLS__KERNEL_MODEL_ANGULAR_GAPS_H
+
+#include "../language/winding.h"
 
 #define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
 
@@ -66,3 +70,5 @@ SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
     springls__widest_gap opening = springls__angular_gaps_widest(fan);
     return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
 }
+
+#endif

@@ -1,5 +1,10 @@
 /* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
    `large` instead, so that one huge triangle does not widen every search. */
+#ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
+#define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
+
+#include "grid.h"
+#include "model.h"
 
 /* The cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
@@ -107,3 +112,5 @@ SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const ui
                 reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }
+
+#endif

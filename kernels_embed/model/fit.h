@@ -1,6 +1,10 @@
 /* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence
    as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are
    exact to third order, where copying (section 4.7) is exact to none. */
+#ifndef SPRINGLS__KERNEL_MODEL_FIT_H
+#define SPRINGLS__KERNEL_MODEL_FIT_H
+
+#include "../language/vector.h"
 
 #define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
@@ -119,3 +123,5 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     }
     return result;
 }
+
+#endif

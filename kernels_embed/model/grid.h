@@ -2,6 +2,10 @@
 
    A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
    object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+#ifndef SPRINGLS__KERNEL_MODEL_GRID_H
+#define SPRINGLS__KERNEL_MODEL_GRID_H
+
+#include "model.h"
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
@@ -261,3 +265,5 @@ SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int o
     at[2] = origin[2] + 8 * (d / 9 - 1);
     return springls__grid_contains(g, at[0], at[1], at[2]);
 }
+
+#endif

@@ -7,10 +7,15 @@
    coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:
    their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a
    closed manifold wherever the border of the grid is outside. At most six triangles a cube. */
+#ifndef SPRINGLS__KERNEL_MODEL_MARCHING_CUBES_H
+#define SPRINGLS__KERNEL_MODEL_MARCHING_CUBES_H
+
+#include "grid.h"
+#include "model.h"
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
@@ -184,3 +189,5 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
     t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
     return t;
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+#ifndef SPRINGLS__KERNEL_MODEL_MODEL_H
+#define SPRINGLS__KERNEL_MODEL_MODEL_H
+
+#include "../interface/parameters.h"
+#include "../language/triangle.h"
 
 #include "../language/width_float.h"
 #include "springl_body.h"
@@ -47,7 +52,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
     SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
     SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
     float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
 } springls__grid;
@@ -245,3 +250,5 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->reference.far_value = shape.reference_far_value;
     model->cells.bounding_radius = shape.bounding_radius;
 }
+
+#endif

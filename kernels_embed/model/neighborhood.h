@@ -1,4 +1,10 @@
 /* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+#ifndef SPRINGLS__KERNEL_MODEL_NEIGHBORHOOD_H
+#define SPRINGLS__KERNEL_MODEL_NEIGHBORHOOD_H
+
+#include "angular_gaps.h"
+#include "cell_list.h"
+#include "model.h"
 
 /* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
 SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
@@ -50,3 +56,5 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     }
     return springls__spans_sheet(fan) != 0;
 }
+
+#endif

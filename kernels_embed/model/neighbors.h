@@ -1,5 +1,10 @@
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
+#ifndef SPRINGLS__KERNEL_MODEL_NEIGHBORS_H
+#define SPRINGLS__KERNEL_MODEL_NEIGHBORS_H
+
+#include "cell_list.h"
+#include "model.h"
 
 /* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
 SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
@@ -77,3 +82,5 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
     (void)job;
     springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }
+
+#endif

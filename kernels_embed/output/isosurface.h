@@ -1,6 +1,16 @@
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
    cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
    own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
+#ifndef SPRINGLS__KERNEL_OUTPUT_ISOSURFACE_H
+#define SPRINGLS__KERNEL_OUTPUT_ISOSURFACE_H
+
+#include "../model/fit.h"
+#include "../model/grid.h"
+#include "../model/marching_cubes.h"
+#include "../model/model.h"
+#include "../model/neighborhood.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/track.h"
 
 #define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
 
@@ -263,3 +273,5 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
     ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
+#ifndef SPRINGLS__KERNEL_STAGES_ADVECT_H
+#define SPRINGLS__KERNEL_STAGES_ADVECT_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */
 SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
@@ -206,3 +211,5 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);
 }
+
+#endif

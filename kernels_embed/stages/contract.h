@@ -1,4 +1,10 @@
 /* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
+#ifndef SPRINGLS__KERNEL_STAGES_CONTRACT_H
+#define SPRINGLS__KERNEL_STAGES_CONTRACT_H
+
+#include "../model/cell_list.h"
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
@@ -171,3 +177,5 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
     (void)job;
     if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }
+
+#endif

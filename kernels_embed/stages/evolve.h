@@ -1,4 +1,9 @@
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+#ifndef SPRINGLS__KERNEL_STAGES_EVOLVE_H
+#define SPRINGLS__KERNEL_STAGES_EVOLVE_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
@@ -70,3 +75,5 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         }
     }
 }
+
+#endif

@@ -1,4 +1,15 @@
 /* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
+#ifndef SPRINGLS__KERNEL_STAGES_FILL_FROM_SPRINGLS_H
+#define SPRINGLS__KERNEL_STAGES_FILL_FROM_SPRINGLS_H
+
+#include "../model/angular_gaps.h"
+#include "../model/cell_list.h"
+#include "../model/fit.h"
+#include "../model/model.h"
+#include "../model/neighborhood.h"
+#include "contract.h"
+#include "project.h"
+#include "track.h"
 
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
@@ -126,3 +137,5 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
 }
+
+#endif

@@ -1,4 +1,13 @@
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+#ifndef SPRINGLS__KERNEL_STAGES_FILL_GAPS_H
+#define SPRINGLS__KERNEL_STAGES_FILL_GAPS_H
+
+#include "../model/cell_list.h"
+#include "../model/fit.h"
+#include "../model/grid.h"
+#include "../model/marching_cubes.h"
+#include "../model/model.h"
+#include "track.h"
 
 /* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
    is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
@@ -94,3 +103,5 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     model->set.a[n] = springls__project_on_original(model, a);
     model->set.synced_position[n] = s.p; /* it has been placed, not moved */
 }
+
+#endif

@@ -1,6 +1,13 @@
 /* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
    way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
    however strong the curvature. */
+#ifndef SPRINGLS__KERNEL_STAGES_KEEP_EDGES_H
+#define SPRINGLS__KERNEL_STAGES_KEEP_EDGES_H
+
+#include "../model/cell_list.h"
+#include "../model/fit.h"
+#include "../model/model.h"
+#include "project.h"
 
 #define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
 #define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
@@ -407,3 +414,5 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);
 }
+
+#endif

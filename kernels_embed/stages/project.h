@@ -1,4 +1,8 @@
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
+#ifndef SPRINGLS__KERNEL_STAGES_PROJECT_H
+#define SPRINGLS__KERNEL_STAGES_PROJECT_H
+
+#include "../model/grid.h"
 
 /* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
@@ -115,3 +119,5 @@ SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
+
+#endif

@@ -1,4 +1,13 @@
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
+#ifndef SPRINGLS__KERNEL_STAGES_PROJECT_BRICK_H
+#define SPRINGLS__KERNEL_STAGES_PROJECT_BRICK_H
+
+#include "../model/cell_list.h"
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "../model/neighborhood.h"
+#include "keep_edges.h"
+#include "project.h"
 
 /* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
@@ -362,3 +371,5 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
         }
     }
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
+#ifndef SPRINGLS__KERNEL_STAGES_REBUILD_H
+#define SPRINGLS__KERNEL_STAGES_REBUILD_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
    side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
@@ -146,3 +151,5 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
     ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
+
+#endif

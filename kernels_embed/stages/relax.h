@@ -1,4 +1,9 @@
 /* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
+#ifndef SPRINGLS__KERNEL_STAGES_RELAX_H
+#define SPRINGLS__KERNEL_STAGES_RELAX_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 typedef struct springls__relax_rule {
     float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
@@ -64,3 +69,5 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     s.q[2] = q;
     model->set.s[i] = springls__springl_finished(s);
 }
+
+#endif

@@ -1,4 +1,10 @@
 /* resample.h - splitting at the longest edge (section 4.6). */
+#ifndef SPRINGLS__KERNEL_STAGES_RESAMPLE_H
+#define SPRINGLS__KERNEL_STAGES_RESAMPLE_H
+
+#include "../model/fit.h"
+#include "../model/model.h"
+#include "track.h"
 
 /* 0, 1 or 2: the edge from that vertex to the next. */
 SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
@@ -103,3 +109,5 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     model->set.a[i] = first.a;
     model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }
+
+#endif

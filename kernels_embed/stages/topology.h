@@ -2,6 +2,11 @@
    Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
    bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
    never matters: whether a voxel is simple does not depend on the side it is on. */
+#ifndef SPRINGLS__KERNEL_STAGES_TOPOLOGY_H
+#define SPRINGLS__KERNEL_STAGES_TOPOLOGY_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
@@ -92,3 +97,5 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
     for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
         if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
+
+#endif

@@ -1,4 +1,12 @@
 /* track.h - correspondences stay on the original surface (section 4.7). */
+#ifndef SPRINGLS__KERNEL_STAGES_TRACK_H
+#define SPRINGLS__KERNEL_STAGES_TRACK_H
+
+#include "../model/cell_list.h"
+#include "../model/fit.h"
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "keep_edges.h"
 
 /* eq. 26: one step along the gradient of the signed distance to the original surface. */
 SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
@@ -95,3 +103,5 @@ SPRINGLS__MATHS void springls__track_element(const springls__model *model, sprin
     (void)job;
     model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+#ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
+#define SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 /* Clips the bricks that come within `margin` of a springl to those of the top table. */
 SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
@@ -43,12 +48,12 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 }
 
 
-/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
@@ -90,3 +95,5 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
     if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
     ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
+
+#endif

@@ -1,5 +1,11 @@
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
    through bricks and then voxels; then springls say which side of them a voxel lies on. */
+#ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_TO_SIGNED_H
+#define SPRINGLS__KERNEL_STAGES_UNSIGNED_TO_SIGNED_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "unsigned_distance.h"
 
 /* Blocks closer than this to a springl stop the background. */
 #define SPRINGLS__SHELL 1.5f
@@ -172,7 +178,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
@@ -202,7 +208,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
 SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
 {
-    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
 /* The side becomes the sign of the distance. */
@@ -218,3 +224,5 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
+
+#endif

@@ -1,33 +1,27 @@
 /* set_level_set.h - models from signed distances, level sets, labels and thresholds; the initial springls. */
+#ifndef SPRINGLS__INPUT_SET_LEVEL_SET_H
+#define SPRINGLS__INPUT_SET_LEVEL_SET_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/launch.h"
+#include "../runtime/parallel.h"
+#include "../runtime/resumable.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../stages/evolve.h"
+#include "../stages/keep_edges.h"
+#include "../stages/rebuild.h"
+#include "../stages/unsigned_to_signed.h"
+#include "../solver/step.h"
 
 /* Distance to the border of the domain, half a voxel beyond the outermost centres; positive inside. */
 SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__v3 x)
 {
     float dx = springls__min(x.x + 0.5f, (float)g->size[0] - 0.5f - x.x), dy = springls__min(x.y + 0.5f, (float)g->size[1] - 0.5f - x.y);
     return springls__min(springls__min(dx, dy), springls__min(x.z + 0.5f, (float)g->size[2] - 0.5f - x.z));
-}
-
-/* Empty model, empty grid. */
-SPRINGLS__FN void springls__clear_model(springls_context *ctx)
-{
-    springls__abandon_step(ctx);
-    ctx->model.set.count = ctx->model.set.at_edges = 0;
-    ctx->model.set.next_id = ctx->model.set.step = 0;
-    ctx->attribute_count = 0;
-    ctx->iteration = 0;
-    ctx->locked_count = 0;
-    ctx->time = 0.0;
-    memset(&ctx->stats, 0, sizeof ctx->stats);
-    springls__grids_clear(ctx);
-    springls__surface_forget(&ctx->original);
-    springls__constellation_changed(ctx);
-}
-
-/* On failure the model is left empty. */
-SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, springls_status status)
-{
-    if (status != SPRINGLS_OK) springls__clear_model(ctx);
-    return status;
 }
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
@@ -455,3 +449,5 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
     return springls__clear_on_failure(ctx, status);
 }
+
+#endif

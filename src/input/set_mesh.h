@@ -9,6 +9,23 @@
    correspondences from the rims.
 
    Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
+#ifndef SPRINGLS__INPUT_SET_MESH_H
+#define SPRINGLS__INPUT_SET_MESH_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../runtime/resumable.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/host_access.h"
+#include "../model/indexed_mesh.h"
+#include "../model/mesh_distance.h"
+#include "../model/transform.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/keep_edges.h"
+#include "../stages/rebuild.h"
+#include "set_level_set.h"
 
 typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
 
@@ -60,35 +77,7 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN size_t springls__mesh_hash(uint32_t a, uint32_t b, uint32_t c)
-{
-    uint64_t h = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
-    h ^= h >> 29;
-    h = (h ^ c) * 0xBF58476D1CE4E5B9u;
-    h ^= h >> 32;
-    return (size_t)h;
-}
-
-SPRINGLS__FN uint32_t springls__float_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
-{
-    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
-}
-
 SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
-
-/* y = M x, M row-major 3x4. */
-SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
-{
-    int k;
-    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
-}
 
 /* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
@@ -141,8 +130,6 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
     }
     return SPRINGLS_OK;
 }
-
-SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
 
 /* +1 when the half-edge runs from its edge's lower corner to the higher, -1 otherwise. */
 SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
@@ -275,86 +262,6 @@ SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const 
     }
     *area = 0.5 * total;
     return volume / 6.0;
-}
-
-/* ---- the signed distance ---- */
-
-typedef struct springls__mesh_distance {
-    const springls__surface *surface;
-    bool balanced;
-    float band; /* where phi is clamped */
-} springls__mesh_distance;
-
-SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
-{
-    const springls__bvh_node *n = &surface->nodes[0];
-    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
-           || x.z > n->upper[2];
-}
-
-/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
-   winding number does not count, so that phi is the plain distance away from holes. */
-SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
-{
-    float w;
-    if (m->balanced) {
-        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
-        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
-    }
-    w = springls__surface_winding(m->surface, x, 2.5f);
-    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
-}
-
-enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
-
-/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
-   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
-                                        float distance, float *side)
-{
-    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
-    float known = 0.0f;
-    int b;
-    for (b = 0; b < 3; b++) {
-        int j = i - back[b];
-        float apart, past;
-        if (j < 0) continue;
-        past = sides[j % SPRINGLS__MESH_RING];
-        if (past != 1.0f && past != -1.0f) continue;
-        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
-        if (distance + springls__fabs(out[j]) <= apart) continue;
-        *side = past;
-        known = springls__max(known, springls__fabs(out[j]) - apart);
-    }
-    return known;
-}
-
-/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
-   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
-   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
-SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
-{
-    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool learn = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
-    int i, guess = -1;
-    for (i = 0; i < count; i++) {
-        springls__surface_hit h;
-        bool asked = false;
-        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
-        if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->surface, points[i], search, guess);
-            if (h.triangle >= 0) guess = h.triangle;
-            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            asked = side == 0.0f;
-            if (asked) side = springls__mesh_side(m, points[i]);
-        } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
-        out[i] = side * distance;
-    }
 }
 
 /* ---- the call ---- */
@@ -493,3 +400,5 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     springls__mesh_intake_free(ctx, &intake);
     return status;
 }
+
+#endif

@@ -1,5 +1,9 @@
 /* shapes.h - ready-made implicit functions for springls_set_implicit: exact signed distances, negative inside.
    The one exception is the inside of merged spheres near a point that three of them share: there it is a lower bound. */
+#ifndef SPRINGLS__INPUT_SHAPES_H
+#define SPRINGLS__INPUT_SHAPES_H
+
+#include "../model/transform.h"
 
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
@@ -155,3 +159,5 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
         out[i] = inside ? -distance : distance;
     }
 }
+
+#endif

@@ -1,4 +1,3 @@
-#include "manual.h"
 #ifndef SPRINGLS_H
 #define SPRINGLS_H
 
@@ -13,8 +12,8 @@
 #define SPRINGLS_VERSION_PATCH 0
 #define SPRINGLS_VERSION (SPRINGLS_VERSION_MAJOR * 10000 + SPRINGLS_VERSION_MINOR * 100 + SPRINGLS_VERSION_PATCH)
 
-/* Linkage. SPRINGLS_STATIC: everything private to this file. SPRINGLS_DLL: exported from (implementation) or imported
-   into (user) a shared library. SPRINGLS_NAMESPACE=foo: every public function is called foo_springls_... at link time. */
+/* Chooses the linkage of every public function: the manual's chapter MACROS lists SPRINGLS_STATIC, SPRINGLS_DLL and
+   SPRINGLS_NAMESPACE. */
 #ifndef SPRINGLS_API
 #if defined(SPRINGLS_STATIC)
 #if defined(__GNUC__)
@@ -41,584 +40,739 @@
 extern "C" {
 #endif
 
-/* ---- >>status ------------------------------------------------------------------------------------------------- */
+/* These rules hold for every declaration below; the comments name only what differs.
 
-/* Every call that can fail returns one of these: zero is success, all failures are negative.
-   springls_last_error() has the sentence that belongs to the last failure of a context. */
+   - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
+   - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
+     (i,j,k).
+   - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
+   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
+   - Pointers into the context belong to it, and stay valid until the next call that changes the model.
+   - With ctx = NULL a function returns INVALID_ARGUMENT, 0 or NULL, or does nothing.
+   - Every function that returns a springls_status may return INVALID_ARGUMENT (a NULL that is not allowed, a number out of
+     range: the model stays as it was), OUT_OF_MEMORY and, with a backend, DEVICE_FAILED. Comments list the other failures.
+   - Equations, sections and tables are those of the paper. */
+
+/* ---- >>status:api ------------------------------------------------------------------------------------------------- */
+
+/* Reports how a call ended: zero is success, every failure is negative. springls_last_error() has the sentence. */
 typedef enum springls_status {
     SPRINGLS_OK = 0,
-    SPRINGLS_INVALID_ARGUMENT = -1, /* NULL, a size out of range, parameters that were not made by a *_params() call    */
-    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
-    SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
-    SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
-    SPRINGLS_DEVICE_FAILED = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
-                                       ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
-                                       the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
-    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
+    SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
+    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
+    SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback returned non-zero: after a step the model is whole, after an
+                                       input it is empty                                                                 */
+    SPRINGLS_DEVICE_FAILED = -7,    /* the backend's device failed, and the context continues without it. A stage or step
+                                       has been completed by scalar code; a mesh, a query or an input has to be requested
+                                       again. When the model could not be read back it is empty: springls_last_error()
+                                       reports that                                                                      */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid or version; the model is unchanged  */
 } springls_status;
 
-/* A constant English phrase for any status; never NULL. */
+/* Returns a constant English phrase for any status, never NULL. */
 SPRINGLS_API const char *springls_status_string(springls_status status);
 
-/* SPRINGLS_VERSION of the implementation, and the same as "major.minor.patch". */
+/* Returns the SPRINGLS_VERSION that the implementation was compiled with. */
 SPRINGLS_API int springls_version(void);
+
+/* Returns the same version as "major.minor.patch". */
 SPRINGLS_API const char *springls_version_string(void);
 
-/* ---- >>host: what the caller may supply. Zero-initialised members mean the default ---------------------------- */
+/* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
 
-/* Memory. alloc returns at least `size` bytes aligned to 64, or NULL; free gets the same size back.
-   Both NULL: malloc. Only called from the thread that calls the library. */
+/* Supplies memory. alloc returns at least `size` bytes aligned to 64, or NULL; free receives the same size. Both NULL:
+   malloc and free. They are called only from the thread that calls the library. */
 typedef struct springls_allocator {
     void *(*alloc)(size_t size, void *user);
     void (*free)(void *memory, size_t size, void *user);
     void *user;
 } springls_allocator;
 
-/* Threads. parallel_for must run task(arg, begin, end) over disjoint ranges covering [0, count), in any order, on any
-   threads, and return when all are done. `grain` is the smallest range worth a task. NULL: OpenMP when compiled with
-   it, else the calling thread. Results do not depend on how the ranges are cut. */
+/* Does the work of the elements begin <= i < end. */
 typedef void (*springls_task)(void *arg, int begin, int end);
+
+/* Supplies threads. parallel_for runs task(arg, begin, end) over disjoint ranges that cover [0, count), in any order, on
+   any threads, and returns when all are done; a range of fewer than `grain` elements is not worth a task. NULL: OpenMP when
+   compiled with it, else the calling thread. Results do not depend on the ranges. */
 typedef struct springls_tasks {
     void (*parallel_for)(void *user, int count, int grain, springls_task task, void *arg);
     void *user;
 } springls_tasks;
 
-/* Log. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: silence. */
+/* Receives log lines. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: no
+   log. */
 typedef struct springls_logger {
     void (*log)(void *user, int level, const char *message);
     void *user;
 } springls_logger;
 
-/* Called after every step of springls_run, and during springls_set_mesh and _set_implicit. fraction is in [0,1]. Return
-   non-zero to cancel. */
+/* Receives the progress of long calls, fraction in [0,1]: after every step of springls_run, and while a mesh or an implicit
+   function is sampled (springls_set_mesh, _set_implicit, _combine_implicit, _offset). report returns non-zero to cancel the
+   call. */
 typedef struct springls_progress {
     int (*report)(void *user, float fraction);
     void *user;
 } springls_progress;
 
-/* Called before (begin = 1) and after (begin = 0) every stage; seconds is the stage's time, 0 at its begin.
-   now: a clock in seconds; NULL: OpenMP's wall clock when compiled with it, else C's processor time. */
+/* Traces stages. `stage` is called before (begin = 1, seconds = 0) and after (begin = 0, seconds = the time taken) every
+   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: OpenMP's wall clock when compiled with it,
+   else the C library's clock(), which counts the processor time of all threads. */
 typedef struct springls_trace {
     void (*stage)(void *user, int stage, int begin, double seconds);
     double (*now)(void *user);
     void *user;
 } springls_trace;
 
-/* ---- >>parameters --------------------------------------------------------------------------------------------- */
+/* ---- >>parameters:api ----------------------------------------------------------------------------------------- */
 
-#include "../../kernels_embed/model/parameters.h"
+#include "../../kernels_embed/interface/parameters.h"
 
-/* What we recommend: accurate tracking, topology change and speed at once. */
+/* Returns the recommended parameters: accurate tracking, free topology and long steps. */
 SPRINGLS_API springls_params springls_default_params(void);
 
-/* The paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs. */
+/* Returns the paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs from the
+   print. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
-/* ---- >>life cycle --------------------------------------------------------------------------------------------- */
+/* ---- >>life_cycle:api ----------------------------------------------------------------------------------------- */
 
+/* Holds one model, its memory and its parameters. */
 typedef struct springls_context springls_context;
 
-/* The voxel grid in the world. Voxel (i,j,k) has its centre at world = origin + direction * (spacing .* (i,j,k)).
-   The model ends half a voxel beyond the outermost centres. */
+/* Places the voxel grid in the world: voxel (i,j,k) has its centre at origin + direction * (spacing .* (i,j,k)). The domain
+   ends half a voxel beyond the outermost centres. */
 typedef struct springls_grid_desc {
-    int size[3];         /* voxels, 4..4096 a side                                                              */
-    double spacing[3];   /* world units a voxel; all zero: 1                                                    */
-    double origin[3];    /* world position of voxel (0,0,0)                                                     */
-    double direction[9]; /* row-major, columns are the axes' unit vectors; all zero: identity                   */
+    int size[3];         /* voxels, 4..4096 a side                                                                  */
+    double spacing[3];   /* world units a voxel; all zero: 1                                                        */
+    double origin[3];    /* world position of voxel (0,0,0)                                                         */
+    double direction[9]; /* row-major, its columns are the unit vectors of the grid's axes; all zero: identity      */
 } springls_grid_desc;
 
-/* Where the stages run, made by springls_cl_create of springls_cl.h. One may serve several contexts of one thread, and must
-   outlive them. */
+/* Runs stages on a device; made by springls_cl_create of springls_cl.h. One backend may serve several contexts of one
+   thread, and must be destroyed after them. */
 typedef struct springls_backend springls_backend;
 
+/* Describes a context to be created. Zero all of it and set grid.size; every other member may stay zero. */
 typedef struct springls_desc {
     springls_grid_desc grid;
-    const springls_params *params; /* copied; NULL: springls_default_params()                                   */
-    int max_springls;              /* more are refused and counted (set_springls: refused); 0: 64 million; set_mesh takes any number */
+    const springls_params *params; /* copied; NULL: springls_default_params()                                       */
+    int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
+                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
     springls_progress progress;
     springls_trace trace;
-    springls_backend *backend;     /* NULL: here, by scalar code and `tasks`                                    */
+    springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
 } springls_desc;
 
-/* Makes an empty model. On failure *out is NULL and nothing is left allocated. A context belongs to one thread at a
-   time; different contexts are independent. There is no global state. */
+/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, and the logger has the reason.
+   One thread uses a context at a time; different contexts are independent. */
 SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
-SPRINGLS_API void springls_destroy(springls_context *ctx); /* NULL is allowed */
 
-/* Back to an empty model; keeps memory and parameters. */
+/* Frees the context and all that belongs to it; NULL is allowed. */
+SPRINGLS_API void springls_destroy(springls_context *ctx);
+
+/* Empties the model and removes its attributes; keeps memory and parameters, and sets the time to 0. */
 SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 
-/* The sentence for the last failure, "" after none; belongs to the context. With ctx = NULL: "no context". */
+/* Returns the sentence of the context's last failure, "" after none; it belongs to the context. ctx NULL: "no context". */
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx);
 
-/* Parameters may be read and replaced between any two calls, band_half_width only while there is no model.
-   INVALID_ARGUMENT names the member that is out of range; nothing changes then. */
+/* Returns the parameters in use; ctx NULL: the default ones. */
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
+
+/* Replaces the parameters, between any two calls; band_half_width only while the model is empty. INVALID_ARGUMENT: a member
+   is out of range, springls_last_error() names it, and nothing changes. */
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
-/* Points, 3 floats each, between world and voxel coordinates. in and out may be the same. */
+/* Converts `count` points from world to voxel coordinates; `world` and `voxel` may be the same array. */
 SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel);
+
+/* Converts `count` points from voxel to world coordinates; `voxel` and `world` may be the same array. */
 SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world);
 
-/* Bytes now held from the allocator. */
+/* Returns how many bytes the context holds from its allocator. */
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
-/* ---- >>input: each call replaces the model and makes it its own reference (a_n = p_n, phi_ref = phi) ---------- */
+/* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
-/* What springls_set_mesh found. Everything but `triangles_dropped` describes the input after welding equal points. */
+/* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
+   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+
+/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
+   welded. */
 typedef struct springls_mesh_report {
-    int triangles_dropped;   /* no area, or a repeated corner                                                   */
-    int boundary_edges;      /* edges of one triangle: the surface is open there                                */
-    int nonmanifold_edges;   /* edges of three or more triangles                                                */
-    int misoriented_edges;   /* edges whose two triangles run the same way along it                             */
-    int components;
-    bool closed;             /* no boundary, non-manifold or misoriented edge                                   */
-    bool flipped;            /* the input was inside out and has been turned                                    */
-    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half     */
-    double volume, area;     /* world units                                                                     */
+    int triangles_dropped;   /* without an area, or with a repeated corner                                          */
+    int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
+    int nonmanifold_edges;   /* edges of three or more triangles                                                    */
+    int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
+    int components;          /* parts that share no point                                                           */
+    bool closed;             /* there is no boundary, non-manifold or misoriented edge                              */
+    bool flipped;            /* the input was inside out and has been turned                                        */
+    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
+    double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
 } springls_mesh_report;
 
-/* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
-   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
-   mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
-   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area. Holes are
-   closed by a film, whose springls follow those of the triangles.
-   BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
+/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+   positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
+   triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
+   An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
+   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
+   when they are not.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
 
-/* Dense signed distance or any function negative inside, one float a voxel, x fastest. Re-distanced near its zero. */
+/* Sets the model from a dense volume whose zero level is the surface, negative inside; any function will do, since it is
+   made a distance near its zero. NON_FINITE: a value is. EMPTY_MODEL: there is no zero in the grid. */
 SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi);
 
-/* The voxels of a label map equal to `label` (label < 0: all that are not 0). One int32 a voxel, x fastest. */
+/* Sets the model from the voxels of a dense volume that equal `label`; label < 0: all that are not 0. EMPTY_MODEL: there
+   are none. */
 SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const int32_t *labels, int32_t label);
 
-/* The voxels with low <= intensity <= high; NaN is outside. The surface is placed by interpolating the intensity. */
+/* Sets the model from the voxels with low <= intensity <= high of a dense volume; NaN is outside. The surface lies where
+   the interpolated intensity reaches a limit. EMPTY_MODEL: there are no such voxels. */
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
-/* An implicit function, negative inside, asked in batches of world points (3 floats each). Of Lipschitz constant 1: a signed
-   distance, or a lower bound of one; parts of a steeper function's surface are missed. Never stored densely. */
+/* Evaluates an implicit function, negative inside, at `count` world points, into one float a point. It must be a signed
+   distance or a lower bound of one (Lipschitz constant 1): parts of a steeper function's surface are missed. It is called
+   from several threads at once. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
+
+/* Sets the model from an implicit function, which is sampled in the narrow band only. NON_FINITE: it returned NaN.
+   EMPTY_MODEL: there is no zero in the grid. CANCELLED. */
 SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user);
 
-/* Ready-made shapes for springls_set_implicit: pass the function and a pointer to the structure. World units. */
+/* Describe the shapes of the functions below, in world units. A metasphere is a union of spheres that merge smoothly. */
 typedef struct springls_sphere { float center[3], radius; } springls_sphere;
 typedef struct springls_box { float center[3], half[3]; } springls_box;
 typedef struct springls_torus { float center[3], axis[3], major, minor; } springls_torus;
-typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere; /* merged spheres */
+typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere;
 typedef struct springls_notched_sphere { float center[3], radius, slot_width, slot_depth; } springls_notched_sphere; /* Zalesak */
+
+/* Evaluate the signed distance of a shape: functions for springls_set_implicit, with a pointer to the structure as
+   `user`. */
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const float *points, int count, float *out);
 
-/* Raw springls, voxel coordinates: per springl 9 floats of vertices, 3 of particle, 3 of correspondence. particles
-   NULL: centroids; correspondences NULL: the particles. The level set follows by unsigned_to_signed. */
+/* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
+   correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
+   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
-/* Makes the present model the original: a_n = p_n, phi_ref = phi, fresh reference triangles. */
+/* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
+   moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
-/* One byte a springl: 0 relaxes, 1 keeps its shape (a kept feature, section 4.8). Follows splits. NULL: all relax. */
+/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
+   follow their parent. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
 
-/* ---- >>forces: eq. 1 and 2, in voxels and voxels a unit of time ----------------------------------------------- */
+/* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
-/* Batch callbacks, called from any worker at once with different ranges; never one call a point. All points are voxel
-   coordinates, 3 floats each. time is the time of the Runge-Kutta stage. */
+/* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
+   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
-typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
-/* out: 12 floats a point, a row-major 3x4 matrix [A b]; the velocity at x is A x + b. correspondences are a_n. */
-typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time, float *out);
 
-/* A sampled field: `channels` floats a sample (1 pressure, 3 velocity), x fastest, trilinear between samples, constant
-   beyond them. It lies on the model's grid (size all zero) or on a grid of its own. Values are voxels of the model's
-   grid a unit of time. The data is borrowed during the call. A displacement field is a velocity grid applied with
-   dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
+
+/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
+   the row-major 3x4 matrix [A b]; the velocity of a place x of the springl is A x + b. Called like the pressure. */
+typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
+                                   float *out);
+
+/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
+   of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
+   field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
-    springls_grid_desc grid;
-    unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
+    springls_grid_desc grid; /* size all zero: the model's grid                                                     */
+    unsigned version;        /* with a backend: samples are sent again when this or `data` changes; 0: every time   */
 } springls_sampled_field;
 
+/* Names how motion is integrated over a step: fourth-order Runge-Kutta (the paper) or one forward step. */
 typedef enum springls_integrator { SPRINGLS_INTEGRATOR_RK4, SPRINGLS_INTEGRATOR_EULER } springls_integrator;
 
+/* Sums up what moves springls (eq. 1). Members that are zero or NULL add nothing, except that a weight of 0 means 1. */
 typedef struct springls_forces {
-    springls_pressure_fn pressure; /* rho: along the outward normal                                             */
-    springls_velocity_fn velocity; /* sigma                                                                     */
-    springls_affine_fn affine;     /* A(p, a)                                                                   */
-    void *user;                    /* handed to all three                                                       */
-    springls_sampled_field pressure_grid; /* data NULL: none; added to the callback's                           */
-    springls_sampled_field velocity_grid;
-    float pressure_weight;         /* lambda_rho;   0 means 1                                                   */
-    float velocity_weight;         /* lambda_sigma; 0 means 1                                                   */
-    float affine_weight;           /* lambda_A;     0 means 1                                                   */
-    float curvature_weight;        /* motion by mean curvature of the level set, smoothing when positive        */
+    springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
+    springls_velocity_fn velocity; /* sigma                                                                         */
+    springls_affine_fn affine;     /* A(p, a)                                                                       */
+    void *user;                    /* handed to all three                                                           */
+    springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
+    springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
+    float pressure_weight;         /* lambda_rho;   0: 1                                                            */
+    float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
+    float affine_weight;           /* lambda_A;     0: 1                                                            */
+    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
     springls_integrator integrator;
 } springls_forces;
 
-/* Two flows with exact answers, for tests and benchmarks; user points to the structure. */
-typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow; /* LeVeque, x = voxel/N */
+/* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
+   a rotation in radians a unit of time. */
+typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow;
 typedef struct springls_rotation_flow { float center[3], axis[3], angular_velocity; } springls_rotation_flow;
+
+/* Evaluate these flows: velocity callbacks, with a pointer to the structure as `user`. */
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out);
 SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out);
 
-/* The largest speed of any particle now, voxels a unit of time: f_max of section 4.8. */
+/* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
+   force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
-/* ---- >>stages: Table 2, each callable alone ------------------------------------------------------------------- */
+/* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
+/* Moves springls by the forces from `time` to time + dt (eq. 1, 2); the level set stays. NON_FINITE: a force is, and
+   nothing moves. */
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
-SPRINGLS_API springls_status springls_relax(springls_context *ctx);              /* Algorithm 1, params.relax_iterations times   */
-SPRINGLS_API springls_status springls_contract(springls_context *ctx);           /* section 4.6                                  */
-SPRINGLS_API springls_status springls_resample(springls_context *ctx);           /* section 4.6                                  */
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx);             /* eq. 21-23: one Evolve, omega taken afresh    */
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);            /* re-distance phi, move the narrow band        */
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);          /* section 4.4, and track for what it adds      */
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx); /* section 4.5                                  */
-SPRINGLS_API springls_status springls_track(springls_context *ctx);              /* eq. 26 for every correspondence              */
 
-/* ---- >>drivers ------------------------------------------------------------------------------------------------ */
+/* Lets each springl seek equilibrium with its neighbours, params.relax_iterations times (Algorithm 1, eq. 3-20). */
+SPRINGLS_API springls_status springls_relax(springls_context *ctx);
 
+/* Removes springls far from the zero level, and removes or reshapes those of bad shape (section 4.6). */
+SPRINGLS_API springls_status springls_contract(springls_context *ctx);
+
+/* Splits every springl that is too large once, at its longest edge (section 4.6). */
+SPRINGLS_API springls_status springls_resample(springls_context *ctx);
+
+/* Moves phi towards the springls by one step (eq. 21-23). */
+SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
+
+/* Makes phi a distance again, and moves the narrow band with its zero level. */
+SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
+
+/* Adds springls where the zero level is bare, and tracks them (section 4.4). */
+SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);
+
+/* Makes phi from the springls alone (section 4.5). */
+SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx);
+
+/* Moves every correspondence onto the original surface (eq. 26). */
+SPRINGLS_API springls_status springls_track(springls_context *ctx);
+
+/* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
+
+/* Names the algorithm of a step; the manual's chapter DATA FLOW has the stages. */
 typedef enum springls_mode {
-    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contour                                                         */
-    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
-    SPRINGLS_MODE_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
+    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contours and fluids                                            */
+    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size; phi is recomputed from the springls                 */
+    SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
 typedef struct springls_step_desc {
     const springls_forces *forces;
     springls_mode mode;
-    float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
-    float max_displacement; /* voxels; dt is cut into sub-steps in which no particle goes further, adapted to the
-                               force as it changes; 2 suits the default set, 1.3 where accuracy counts most,
-                               0.5 the paper's; 0: never cut (d_max when dt is 0)                               */
-    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
-    bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
-    bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
-                               moved by more than a hundredth of a voxel: an active contour has arrived         */
+    float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
+    float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
+                               default parameters, 1.3 gives their best accuracy, 0.5 suits the paper's. 0: dt is never
+                               divided, and a dt of 0 means d_max                                                   */
+    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)        */
+    bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
+    bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
+                               than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
 
-/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
-   the sub-step that the force failed in. */
+/* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
+   sub-step in which it occurred. INVALID_ARGUMENT: also when dt would need more than 10000 sub-steps. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
-   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
-   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
-   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
-   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
-   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
-   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
-   Between the calls the model is on its way: counts, views, ids, get_provenance, springl_materials, mesh_attribute, sample_*,
-   inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not
-   have followed yet (in SPRINGLS_MODE_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
-   model. Every other call that changes the model, or wants it whole (a stage, a step, parameters, time, mask, reference,
-   max_speed, meshes, chunks, measures, snapshots), ends the step first, however long that takes, and returns its failure if it
-   has one. */
+/* Begins a step that springls_step_continue completes in as many calls as the caller likes. The result has the same bits as
+   springls_step, however it is divided. *step and *step->forces are copied; `user` and `data` of the forces are borrowed
+   until the step is done. Forces are called in springls_step_continue only.
+
+   While a step is in progress:
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _closest, _raycast,
+     _extract_surfels and _extract_soup read the model as it is at that moment: springls have moved, and the level set may
+     not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
+   - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
+   - every other call that changes the model or needs it whole completes the step first, however long that takes, and
+     returns its failure: stages, steps, parameters, time, mask, reference, springls_max_speed, meshes, chunks, measures,
+     snapshots. */
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+
+/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds:
+   one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
+   longer. On a device a phase counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
+   failure ends the step. */
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+
+/* Returns true between springls_step_begin and the call that completes or drops the step. */
 SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
 
-/* `steps` steps with progress reports. */
+/* Runs `steps` steps, and reports progress after each. CANCELLED: after a whole step. Other failures: as springls_step. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
+/* Returns the model's time. */
 SPRINGLS_API double springls_time(const springls_context *ctx);
-SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
 
-/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+/* Sets the model's time; a time that is not finite is ignored. */
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
-   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
-   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
-   that have been made. */
+/* ---- >>snapshots:api: undo, rollback, files -------------------------------------------------------------------- */
+
+/* Names what a snapshot holds. Neither kind holds the members of springls_desc, forces, meshes or chunks. */
 typedef enum springls_snapshot_kind {
-    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
-                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
-                               same: in this context, or one that a block with all has been restored to         */
+    SPRINGLS_SNAPSHOT_KIND_ALL,  /* springls, level set, original surface, attributes, parameters, time, statistics   */
+    SPRINGLS_SNAPSHOT_KIND_FRAME /* all but the original surface and its level set, which change at inputs,
+                                    springls_set_reference and springls_combine only: smaller and faster, for undo and
+                                    rollback. It can be restored where they are the same: in this context, or in one that an
+                                    ALL snapshot of this model was restored to                                        */
 } springls_snapshot_kind;
 
-/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+/* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
+   of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
+   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
-SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
+/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
+   After any failure the model is unchanged. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
-/* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
+/* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
-typedef struct springls_view { const float *data; int count; size_t stride; } springls_view; /* stride in bytes */
+/* Shows an array of the context without a copy: `count` rows of floats, `stride` bytes from one to the next; data NULL:
+   none. */
+typedef struct springls_view { const float *data; int count; size_t stride; } springls_view;
 
+/* Returns the number of springls. */
 SPRINGLS_API int springls_count(const springls_context *ctx);
-SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);        /* 9 floats: q0 q1 q2         */
-SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);       /* 3 floats: p                */
-SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx); /* 3 floats: a                */
 
-/* Stable identity, never reused: one per springl, in springl order. And where it came from: 0 an original springl,
-   1 or more: splits and fills between it and one. */
+/* Show the springls in springl order: 9 floats of vertices q0 q1 q2, 3 of the particle p, 3 of the correspondence a. */
+SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx);
+
+/* Returns the ids of the springls, one each: a number that no other springl of this model ever gets. */
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx);
+
+/* Returns the generations of the springls, one each: 0 for an original springl, else the splits and fills that lead to
+   one. */
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 
-/* The paper's 4x4 rows (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
+/* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Surfels (section 2.3.2): centre 3, normal 3, radius 1: 7 floats a springl, world units. */
+/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
-/* ---- >>mesh out ----------------------------------------------------------------------------------------------- */
+/* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
+/* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
 typedef struct springls_mesh {
     int vertex_count, triangle_count;
-    float *positions;       /* 3 a vertex, world                                                                */
-    float *normals;         /* 3 a vertex, unit, outward                                                        */
-    float *correspondences; /* 3 a vertex, world: the place on the original surface                             */
-    int *springls;          /* 1 a vertex: the nearest springl, -1 when none is within a voxel                  */
-    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                */
-    size_t bytes;           /* for springls_mesh_free                                                           */
+    float *positions;       /* 3 a vertex, world                                                                    */
+    float *normals;         /* 3 a vertex, unit, outward                                                            */
+    float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
+    int *springls;          /* 1 a vertex: index of the nearest springl, -1 when none is within a voxel             */
+    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
+    size_t bytes;           /* for springls_mesh_free                                                               */
 } springls_mesh;
 
-/* The watertight zero level: welded, closed, every edge between exactly two triangles. An empty model gives an empty
-   mesh. The mesh owns its arrays, made by the context's allocator. */
+/* Extracts the zero level as a watertight mesh: welded, closed, every edge between exactly two triangles. An empty model
+   gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
-/* The springls themselves: three vertices each, normals flat. */
+/* Extracts the springls themselves: three vertices each, with the springl's normal, correspondence and index. */
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
-SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+/* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
+SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh);
 
-/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
-   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+/* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
+   the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
-    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
-    float *positions;        /* 3 a vertex, world                                                               */
-    float *normals;          /* 3 a vertex, unit, outward                                                       */
-    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
-    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
-    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+    int brick[3];            /* its marching cubes begin at voxel 8 brick: 8 a side, 9 at the grid's lower border   */
+    int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
+    float *positions;        /* 3 a vertex, world                                                                   */
+    float *normals;          /* 3 a vertex, unit, outward                                                           */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.correspondences                                */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX when none is within a voxel; NULL
+                                without desc.correspondences                                                        */
+    uint16_t *triangles;     /* 3 a triangle: indices of this chunk's vertices, counter-clockwise seen from outside */
 } springls_chunk;
 
+/* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
-                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
-                        step, so then all chunks change in every step                                           */
-    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
+                             negative: none, and the chunks are springls_extract_mesh's mesh to the bit. Springls at rest
+                             relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
+    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk     */
 } springls_chunks_desc;
 
-/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+/* Remembers what one consumer has received. A context may have any number of them. */
 typedef struct springls_chunks springls_chunks;
+
+/* Creates such a memory, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
 SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out);
-SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
-/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
-   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
-   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
-                                                    int *count);
+/* Frees it, before its context is destroyed; NULL is allowed. */
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks);
 
-/* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
+/* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
+   triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
+   the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
+   have listed. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+                                                    const springls_chunk **changed, int *count);
+
+/* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
-/* ---- >>queries: world coordinates, batches of 3 floats a point ------------------------------------------------ */
+/* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
-/* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
+/* Samples phi, one float a point: the signed distance in world units (of the smallest spacing), clamped outside the narrow
+   band. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
-/* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
+
+/* Samples grad phi, 3 floats a point, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
-/* 1 inside, 0 outside: one byte a point. */
+
+/* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
-   surface it lies on, and the barycentric coordinates there (section 4.7). */
+/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing found                                                           */
-    float point[3];              /* world                                                                       */
-    float barycentric[3];        /* in the springl                                                              */
-    float distance;              /* world, from the query point or along the ray                                */
-    float material[3];           /* world                                                                       */
-    int material_triangle;       /* of the mesh given, or of the initial springls                               */
+    int springl;                 /* -1: nothing was found                                                           */
+    float point[3];              /* world                                                                           */
+    float barycentric[3];        /* in the springl                                                                  */
+    float distance;              /* world units: from the query point, or along the ray                             */
+    float material[3];           /* world                                                                           */
+    int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* The closest place of any springl, wherever the point is. Springls leave gaps between them: it may be further than the zero
-   level. A point that is not finite refuses the batch; `out` stays as it was. */
+/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
+   further than the zero level. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Rays pass through the gaps
-   between springls: for a closed surface, give the mesh of springls_extract_mesh to a second context (springls_set_mesh). Directions need not be unit
-   vectors; a direction of no length hits nothing. */
+
+/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
+   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
+   surface, set the mesh of springls_extract_mesh as the model of a second context. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
-/* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
+/* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
-/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
-   belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
-   nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+/* An attribute is any number of floats a springl: colours, texture coordinates without seams, bone weights, labels,
+   temperature, mass. Attributes belong to the model: an input or springls_reset removes them all. The model has
+   the same bits with and without them, and without any nothing is computed for them. */
+
+/* Names what becomes of the values of an attribute where springls are split, filled in and merged. */
 typedef enum springls_policy {
-    SPRINGLS_POLICY_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
-                       one that stays keeps its own. For labels                                                           */
-    SPRINGLS_POLICY_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
-                       and add up to 1, and that are exact, where that is possible, for functions linear in the
-                       correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
-    SPRINGLS_POLICY_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
-                       there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
+    SPRINGLS_POLICY_COPY,  /* for labels. split: the values of the springl that is split. fill: those of the neighbour with the
+                              nearest correspondence. merge: the springl that stays keeps its own                           */
+    SPRINGLS_POLICY_BLEND, /* for continuous values. split and fill: a mean of the neighbours on the same side of the surface,
+                              with weights that are not negative, add up to 1, and where possible reproduce functions that
+                              are linear in the correspondence. merge: the mean of the two, weighted by area                */
+    SPRINGLS_POLICY_SHARE  /* for amounts whose sum is to last. split: half each. fill: 0. merge and removal: added to the
+                              nearest springl that stays, if one is within 2.5 voxels                                       */
 } springls_policy;
 
-#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
-#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
-#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+#define SPRINGLS_MAX_ATTRIBUTES 32  /* attributes of a model        */
+#define SPRINGLS_MAX_CHANNELS 1024  /* channels of an attribute     */
+#define SPRINGLS_MAX_NAME_LENGTH 31 /* characters of a name, 1 .. 31 */
 
+/* Describes an attribute. */
 typedef struct springls_attribute_desc {
-    const char *name; /* of this model's attributes no other has it */
-    int channels;     /* floats a springl                           */
+    const char *name; /* no other attribute of the model has it */
+    int channels;     /* floats a springl                       */
     springls_policy split, fill, merge;
 } springls_attribute_desc;
 
-/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+/* Adds an attribute, and sets *index (may be NULL) to its number, counted from 0. values: `channels` floats a springl, in
+   springl order; NULL: zeros. NON_FINITE: a value is. */
 SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
                                                     const float *values, int *index);
-/* Those behind it have numbers smaller by one then. */
-SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
-SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
-/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
-SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
-SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
-SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
-SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
 
-/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels`
-   floats a vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+/* Removes an attribute; those after it have numbers smaller by one from then on. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+
+/* Returns the number of attributes. */
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+
+/* Describes an attribute of the model. out->name points into the context, until an attribute is removed. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+
+/* Returns the number of the attribute of that name, -1 when there is none. */
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name);
+
+/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. NON_FINITE: a value is. */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values);
+
+/* Shows the values of an attribute: `channels` floats a springl; data NULL: there is no such attribute. */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index);
+
+/* Interpolates an attribute at the vertices of a mesh that springls_extract_mesh or _extract_soup made of the model as it
+   is now: `channels` floats a vertex. With the fill policy BLEND values are blended in the same way, with another policy
+   they are those of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
-/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+/* Names where a springl came from, and with that how exact its place and its correspondence are. */
 typedef enum springls_kind {
-    SPRINGLS_KIND_ORIGINAL, /* of the input: exact but for the error of advection           */
-    SPRINGLS_KIND_SPLIT,    /* part of one: interpolated between neighbours                 */
-    SPRINGLS_KIND_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+    SPRINGLS_KIND_ORIGINAL, /* from the input: exact except for the error of advection                        */
+    SPRINGLS_KIND_SPLIT,    /* half of another springl: interpolated between neighbours                       */
+    SPRINGLS_KIND_FILLED    /* added in a gap, or half of such a springl: interpolated, or even extrapolated  */
 } springls_kind;
+
+/* Holds the history of a springl. */
 typedef struct springls_provenance {
     springls_kind kind;
-    int age;             /* steps since it was last given its place: by input, split or fill      */
-    uint32_t generation; /* see springls_generations                                              */
-    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+    int age;             /* steps since an input, a split or a fill gave it its place                             */
+    uint32_t generation; /* as springls_generations                                                               */
+    uint32_t parent;     /* id of the springl that it was split from or added beside; its own id when there is none */
 } springls_provenance;
-SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out); /* one a springl */
 
-/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+/* Writes the history of every springl, in springl order. */
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
-   ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
-   -1: none. */
+/* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
+
+/* Holds a material coordinate: a place on the original surface. Values that are given on the original surface and looked up
+   by material coordinates do not wear off, however long the motion. triangle: as numbered in the mesh given to
+   springls_set_mesh, otherwise an initial springl; -1: none. */
 typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
 
-SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
-/* One a vertex of an extracted mesh. */
+/* Finds the material coordinates of the particles, one a springl. */
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out);
+
+/* Finds the material coordinates of the vertices of an extracted mesh, one a vertex. */
 SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
 
-/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one
-   side of every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a
-   seam (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before
-   it. */
+/* Finds the material coordinates of the corners of an extracted mesh, 3 a triangle, all three on one side of every seam:
+   for texture coordinates. neighbors: 3 a triangle of the original surface, the triangle across the edge from corner m to
+   the next, -1 at a seam (springls_find_seams makes it). The centroid of a triangle decides the side; a corner beyond the
+   seam gets the nearest place before it. */
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out);
 
-/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
-   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+/* Finds which triangles of a mesh meet without a seam: where the corners at both ends of an edge agree in position and in
+   `values`, one row of `channels` floats a corner (2 for texture coordinates; NULL with 0 channels). Positions and
+   triangles: as for springls_set_mesh. neighbors: 3 a triangle, -1 at a seam. BAD_MESH: an index is out of range. */
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
                                                  const int *triangles, int triangle_count, const float *values, int channels,
                                                  int *neighbors);
 
-/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context. Places
-   are held against triangle_count; the indices in `triangles` are not: they are the caller's. */
-SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
-                                             const int *triangles, int triangle_count, float *out);
+/* Interpolates values at `count` material coordinates, `channels` floats each, zeros where there is no triangle. values:
+   rows of `channels` floats, one a corner of the original surface, or one a vertex when `triangles` has its 3 indices a
+   triangle (NULL: corners). Needs no context. INVALID_ARGUMENT: a place is not below triangle_count; the indices in
+   `triangles` are not checked. */
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values,
+                                                           int channels, const int *triangles, int triangle_count, float *out);
 
-/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
-   springls. */
-SPRINGLS_API int springls_material_count(const springls_context *ctx);
+/* Returns how many triangles the original surface has, as material coordinates number them. */
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx);
 
-/* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
+/* ---- >>tools:api: springls that stay keep identity, correspondence and attributes --------------------------------- */
 
-typedef enum springls_operation { SPRINGLS_OPERATION_UNION, SPRINGLS_OPERATION_INTERSECTION, SPRINGLS_OPERATION_DIFFERENCE } springls_operation;
+/* Names a boolean operation of two solids. */
+typedef enum springls_operation {
+    SPRINGLS_OPERATION_UNION,
+    SPRINGLS_OPERATION_INTERSECTION,
+    SPRINGLS_OPERATION_DIFFERENCE
+} springls_operation;
 
-/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
-   Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
-   drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
-   one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
-   together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
-   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty; or one of the two had
-   no springls to begin with (of a function: no zero in the grid), and the model stays as it was. When memory runs out the model
-   is empty. */
+/* Combines the solid with another one, on the same grid and with the same band_half_width.
+   - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
+     the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
+   - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
+     rest.
+   - The original surface becomes both originals together: triangles of the other are numbered from this model's
+     springls_material_triangle_count on, as it was before the call.
+   - The other model stays as it is; a step in progress there is completed first.
+   EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
+   After OUT_OF_MEMORY the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
-/* With an implicit function in the place of the other, asked as by springls_set_implicit. */
+/* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that
-   distance of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the
-   model is empty. */
+/* Grows (distance > 0) or shrinks the solid by a distance in world units of a uniform spacing, less than 10^4 voxels: to
+   all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
+   left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
-   round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
+   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
+   springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
-/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count
-   is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+/* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
+   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
-/* ---- >>measures ----------------------------------------------------------------------------------------------- */
+/* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
+/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */
 typedef enum springls_stage {
-    SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
-    SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT, /* of phi: params.predict, params.project_level_set */
-    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
-    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
+    SPRINGLS_STAGE_ADVECT,
+    SPRINGLS_STAGE_RELAX,
+    SPRINGLS_STAGE_CONTRACT,
+    SPRINGLS_STAGE_RESAMPLE,
+    SPRINGLS_STAGE_EVOLVE,
+    SPRINGLS_STAGE_REBUILD,
+    SPRINGLS_STAGE_FILL_GAPS,
+    SPRINGLS_STAGE_TRACK,
+    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
+    SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
+    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
-SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
 
+/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
+SPRINGLS_API const char *springls_stage_name(springls_stage stage);
+
+/* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {
-    int springls, steps, bricks; /* steps: sub-steps count, here and for params.resample_period                 */
-    int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
-    int at_edges;            /* springls at sharp edges, of the input or the last step: params.keep_edges       */
-    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels; 1.5
-                                at most a step                                                                  */
-    float moved;             /* largest displacement of the last advect (of a sub-step), voxels                 */
-    float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
-    double seconds[SPRINGLS_STAGE_COUNT];
+    int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
+    int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
+    int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
+    float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
+                                   (params.volume_lock)                                                             */
+    float largest_displacement; /* voxels: of any particle in the last advect, which may be of a sub-step           */
+    float moving_share;         /* share of the springls that moved by more than 0.01 voxel in it                   */
+    double seconds[SPRINGLS_STAGE_COUNT]; /* by trace.now                                                           */
 } springls_stats;
+
+/* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Of the welded zero level: volume by the divergence theorem and area in world units, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
 typedef struct springls_measures {
     double volume, area;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
+
+/* Measures the zero level. An empty model gives zeros. */
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
 
-/* A 64-bit hash of springls, correspondences and phi: equal for equal states, whatever threads made them. */
+/* Returns a 64-bit hash of springls, correspondences, ids and phi: equal states have equal hashes, whatever threads made
+   them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* True when the compiler fuses multiplications and additions in this build, which loses the promise of equal bits:
-   compile the implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
+   implementation with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
-/* The OpenCL text of the maths, one line a string, for hosts that build their own programs. */
+/* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
+   pointer may be NULL; the text is constant. */
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 #ifdef __cplusplus

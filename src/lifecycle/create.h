@@ -1,4 +1,16 @@
 /* context.h - the life cycle. */
+#ifndef SPRINGLS__LIFECYCLE_CREATE_H
+#define SPRINGLS__LIFECYCLE_CREATE_H
+
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/parameter_sets.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
 
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
@@ -103,7 +115,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__omega_constant(ctx, params->capture, params->capture);
+    springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
 }
@@ -144,3 +156,5 @@ SPRINGLS_API bool springls_fp_contract_detected(void)
     volatile float rounded = product;
     return a * a - rounded != 0.0f;
 }
+
+#endif

@@ -2,6 +2,12 @@
    Built by median splits along the longest axis of the triangles' centroids, ties broken by index: the tree depends on the
    triangles alone, and it is never deeper than log2(count). All queries are iterative and answer the same whatever was
    known before. Scratch buffer 7 is the builder's. */
+#ifndef SPRINGLS__MODEL_BVH_H
+#define SPRINGLS__MODEL_BVH_H
+
+#include "../../kernels_embed/language/winding.h"
+#include "../runtime/arrays.h"
+#include "../runtime/memory.h"
 
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64, SPRINGLS__BVH_SCRATCH = 7 };
 
@@ -527,3 +533,5 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
     }
     return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
+
+#endif

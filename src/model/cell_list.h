@@ -1,6 +1,14 @@
 /* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
    within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
    so that one huge triangle does not widen every search. */
+#ifndef SPRINGLS__MODEL_CELL_LIST_H
+#define SPRINGLS__MODEL_CELL_LIST_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "grid.h"
 
 /* Every particle's cell, its brick being made active if need be. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
@@ -36,8 +44,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status = ctx->backend->cells_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
-        if (status != SPRINGLS_DEVICE_FAILED) return status;
-        SPRINGLS__TRY(springls__fall_back_to_host(ctx));
+        if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
@@ -77,7 +84,10 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cells_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -105,3 +115,4 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
+#endif

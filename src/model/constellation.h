@@ -1,4 +1,11 @@
 /* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+#ifndef SPRINGLS__MODEL_CONSTELLATION_H
+#define SPRINGLS__MODEL_CONSTELLATION_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
 
 /* Room for count springls, keeping those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
@@ -32,7 +39,10 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->constellation_compact(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
         char *data = (char *)ctx->memory[array].data;
@@ -47,15 +57,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* Attributes follow the springls (attributes.h): what may fail, before springls are split or removed; and what cannot, afterwards.
-   Springls have been filled in behind `known` ones: on failure they are taken away again. */
-SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits);
-SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known);
-SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx);
-SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
-SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
-
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
@@ -84,3 +86,5 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
     springls__constellation_moved(ctx);
     ctx->neighbors_age = -1;
 }
+
+#endif

@@ -1,4 +1,12 @@
 /* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+#ifndef SPRINGLS__MODEL_GRID_H
+#define SPRINGLS__MODEL_GRID_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
 
 /* What was written becomes the field. */
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
@@ -49,7 +57,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
-        springls__fill(g->omega, slot, ctx->model.params.capture);
+        springls__fill(g->omega, slot, ctx->model.params.capture_range);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
 }
@@ -90,12 +98,6 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
     return SPRINGLS_OK;
-}
-
-SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
 }
 
 /* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
@@ -157,3 +159,5 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;
 }
+
+#endif

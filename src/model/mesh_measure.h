@@ -1,4 +1,9 @@
 /* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+#ifndef SPRINGLS__MODEL_MESH_MEASURE_H
+#define SPRINGLS__MODEL_MESH_MEASURE_H
+
+#include "../../kernels_embed/language/vector.h"
+#include "../runtime/algorithms.h"
 
 typedef struct springls__mesh_report {
     double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
@@ -16,52 +21,6 @@ typedef struct springls__mesh_report {
     int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
-
-/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
-   insertion where a few are left. */
-SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
-{
-    struct { size_t first, end; int bit; } range[65];
-    int depth = 1;
-    size_t i, j;
-    uint64_t any = 0;
-    for (i = 0; i < count; ++i) any |= keys[i];
-    range[0].first = 0;
-    range[0].end = count;
-    for (range[0].bit = -1; any; any >>= 1) ++range[0].bit;
-    while (depth > 0) {
-        size_t first = range[--depth].first, end = range[depth].end;
-        int bit = range[depth].bit;
-        while (bit >= 0 && end - first > 16) {
-            i = first;
-            j = end;
-            while (i < j) {
-                uint64_t key = keys[i];
-                if (!(key >> bit & 1)) { ++i; continue; }
-                keys[i] = keys[--j];
-                keys[j] = key;
-            }
-            --bit;
-            range[depth].first = i;
-            range[depth].end = end;
-            range[depth++].bit = bit;
-            end = i;
-        }
-        if (bit < 0) continue;
-        for (i = first + 1; i < end; ++i) {
-            uint64_t key = keys[i];
-            for (j = i; j > first && keys[j - 1] > key; --j) keys[j] = keys[j - 1];
-            keys[j] = key;
-        }
-    }
-}
-
-/* The root of i's tree in a forest of parents, which grows flatter. */
-SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
-{
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
 
 /* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
 SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
@@ -155,3 +114,5 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
     springls__mesh_count_edges(report, sides, side_count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
+
+#endif

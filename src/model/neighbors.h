@@ -1,4 +1,11 @@
 /* neighbors.h - lists of neighbours (section 4.8). */
+#ifndef SPRINGLS__MODEL_NEIGHBORS_H
+#define SPRINGLS__MODEL_NEIGHBORS_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "cell_list.h"
 
 /* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
    for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
@@ -11,3 +18,5 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
     ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* params.h - the two parameter sets. */
+#ifndef SPRINGLS__MODEL_PARAMETER_SETS_H
+#define SPRINGLS__MODEL_PARAMETER_SETS_H
+
+#include "../../kernels_embed/model/model.h"
+#include "../runtime/base.h"
 
 enum { SPRINGLS__COOKIE = 0x53504731 };
 
@@ -34,12 +39,12 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACEMENT_COPY;
     p.band_half_width = 3.0f;
-    p.capture = 2.0f;
+    p.capture_range = 2.0f;
     p.evolve_iterations = 4;
     p.evolve_step = 0.75f;
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
-    p.predict = 0;
+    p.carry_level_set = 0;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -72,7 +77,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
-    p.predict = 1;
+    p.carry_level_set = 1;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -115,12 +120,12 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
     SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
-    SPRINGLS__IN(capture, 0.3f, 6.0f);
+    SPRINGLS__IN(capture_range, 0.3f, 6.0f);
     SPRINGLS__IN(evolve_iterations, 0, 1000);
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
-    SPRINGLS__IN(predict, 0, 1);
+    SPRINGLS__IN(carry_level_set, 0, 1);
     SPRINGLS__IN(project_level_set, 0, 1);
     SPRINGLS__IN(nucleate, 0, 1);
     SPRINGLS__IN(keep_edges, 0, 1);
@@ -137,3 +142,5 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 #undef SPRINGLS__IN
     return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
+
+#endif

@@ -1,6 +1,18 @@
 /* transform.h - between the voxels of a grid and the world. */
+#ifndef SPRINGLS__MODEL_TRANSFORM_H
+#define SPRINGLS__MODEL_TRANSFORM_H
+
+#include "../runtime/base.h"
+#include "../runtime/context.h"
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
+/* y = M x, M row-major 3x4. */
+SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
+}
 
 /* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
@@ -54,3 +66,71 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
         unit * (float)(m[1] * (double)n.x + m[5] * (double)n.y + m[9] * (double)n.z),
         unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
 }
+
+/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
+SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
+{
+    const double *m = ctx->to_voxel;
+    int k;
+    for (k = 0; k < 3; k++)
+        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
+{
+    double x[3];
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
+}
+
+SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
+{
+    double x[3];
+    springls__transform(ctx->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
+    world[0] = (float)x[0];
+    world[1] = (float)x[1];
+    world[2] = (float)x[2];
+}
+
+SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
+{
+    const double *m = ctx->to_world;
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
+    int k;
+    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+/* Clamped far outside any model, so that the squares of distances stay finite. */
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        v[k] = s * ((double)world[k] - ctx->to_world[4 * k + 3]);
+        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
+    }
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++) {
+        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
+        voxel[3 * (size_t)i] = x.x;
+        voxel[3 * (size_t)i + 1] = x.y;
+        voxel[3 * (size_t)i + 2] = x.z;
+    }
+}
+
+SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++)
+        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
+}
+
+#endif

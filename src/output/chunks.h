@@ -1,6 +1,20 @@
 /* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
    bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+#ifndef SPRINGLS__OUTPUT_CHUNKS_H
+#define SPRINGLS__OUTPUT_CHUNKS_H
+
+#include "../../kernels_embed/output/isosurface.h"
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../runtime/parallel.h"
+#include "../model/cell_list.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
 typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
@@ -267,7 +281,7 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
         springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.material) {
+        if (c->desc.correspondences) {
             int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
             if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
             springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
@@ -309,7 +323,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
 /* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
 SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    const size_t words = c->desc.correspondences ? 10 : 6; /* a vertex */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < *count; i++) {
@@ -329,7 +343,7 @@ SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls
         if (!v) continue;
         chunk->positions = (float *)c->vertices.data + vertices * words;
         chunk->normals = chunk->positions + 3 * v;
-        if (c->desc.material) {
+        if (c->desc.correspondences) {
             chunk->correspondences = chunk->normals + 3 * v;
             chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
         }
@@ -347,11 +361,11 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     job.ctx = ctx;
     job.chunks = c;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.material) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__show_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.material) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
     springls__drop_shown(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
@@ -409,3 +423,5 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     else *count = 0;
     return springls__report_device_failure(ctx, status);
 }
+
+#endif

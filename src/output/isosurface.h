@@ -1,4 +1,19 @@
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
+#ifndef SPRINGLS__OUTPUT_ISOSURFACE_H
+#define SPRINGLS__OUTPUT_ISOSURFACE_H
+
+#include "../../kernels_embed/stages/fill_gaps.h"
+#include "../../kernels_embed/output/isosurface.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/launch.h"
+#include "../runtime/memory.h"
+#include "../runtime/parallel.h"
+#include "../runtime/residency.h"
+#include "../model/cell_list.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
 
 /* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
 typedef struct springls__raw_mesh {
@@ -145,3 +160,5 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
     springls__release(ctx, mesh->positions, mesh->bytes);
     memset(mesh, 0, sizeof *mesh);
 }
+
+#endif

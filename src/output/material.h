@@ -1,5 +1,19 @@
 /* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of
    them does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+#ifndef SPRINGLS__OUTPUT_MATERIAL_H
+#define SPRINGLS__OUTPUT_MATERIAL_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/memory.h"
+#include "../runtime/parallel.h"
+#include "../model/attribute_rows.h"
+#include "../model/bvh.h"
+#include "../model/host_access.h"
+#include "../model/indexed_mesh.h"
+#include "../model/transform.h"
+#include "query.h"
 
 /* The place on the original that is closest to a, as numbered in the mesh given. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
@@ -143,7 +157,7 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
 
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out)
@@ -153,7 +167,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
     if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
-    given = springls_material_count(ctx);
+    given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
@@ -196,13 +210,6 @@ SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, i
         if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels
             + (size_t)c]) return false;
     return true;
-}
-
-SPRINGLS__FN size_t springls__table_size(size_t entries)
-{
-    size_t size = 16;
-    while (size < 2 * entries) size *= 2;
-    return size;
 }
 
 SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
@@ -306,3 +313,5 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
     }
     return SPRINGLS_OK;
 }
+
+#endif

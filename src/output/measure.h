@@ -1,4 +1,17 @@
 /* measure.h - volume, area and topology of the zero level; statistics; the state hash. */
+#ifndef SPRINGLS__OUTPUT_MEASURE_H
+#define SPRINGLS__OUTPUT_MEASURE_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/residency.h"
+#include "../model/host_access.h"
+#include "../model/mesh_measure.h"
+#include "../model/transform.h"
+#include "../solver/step.h"
+#include "isosurface.h"
 
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
 {
@@ -38,19 +51,6 @@ SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx)
     return stats;
 }
 
-/* FNV-1a over 32-bit words. */
-SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
-{
-    const unsigned char *p = (const unsigned char *)data;
-    size_t i;
-    for (i = 0; i + 4 <= bytes; i += 4) {
-        uint32_t word;
-        memcpy(&word, p + i, 4);
-        hash = (hash ^ word) * 1099511628211u;
-    }
-    return hash;
-}
-
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
     uint64_t hash = 14695981039346656037u;
@@ -72,3 +72,5 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     }
     return hash;
 }
+
+#endif

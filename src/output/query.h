@@ -1,8 +1,13 @@
-/* query.h - questions about the model, in world coordinates, in batches.
+/* query.h - questions about the model, in world coordinates, in batches. */
+#ifndef SPRINGLS__OUTPUT_QUERY_H
+#define SPRINGLS__OUTPUT_QUERY_H
 
-   The model's triangles are kept in a hierarchy of their own, in "model" coordinates: the world's axes, the grid's origin
-   at zero, the smallest spacing as the unit. So distances are the world's whatever the grid's spacing and direction, and
-   no digits are lost to a far origin. It is built again by the first query after the springls have moved. */
+#include "../runtime/errors.h"
+#include "../runtime/parallel.h"
+#include "../model/bvh.h"
+#include "../model/host_access.h"
+#include "../model/springl_surface.h"
+#include "../model/transform.h"
 
 /* Points are refused rather than searched for when they are not finite. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
@@ -17,22 +22,6 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
         if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
     return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
-{
-    double x[3];
-    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
-}
-
-SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
-{
-    double x[3];
-    springls__transform(ctx->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
-    world[0] = (float)x[0];
-    world[1] = (float)x[1];
-    world[2] = (float)x[2];
 }
 
 /* ---- the level set ---- */
@@ -55,15 +44,6 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
-}
-
-/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
-SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
-{
-    const double *m = ctx->to_voxel;
-    int k;
-    for (k = 0; k < 3; k++)
-        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
 }
 
 SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
@@ -103,42 +83,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
-    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
-}
-
-/* ---- the model's triangles ---- */
-
-SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
-{
-    const double *m = ctx->to_world;
-    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
-    int k;
-    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
-    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
-}
-
-/* Clamped far outside any model, so that the squares of distances stay finite. */
-SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
-{
-    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
-    int k;
-    for (k = 0; k < 3; k++) {
-        v[k] = s * ((double)world[k] - ctx->to_world[4 * k + 3]);
-        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
-    }
-    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
-}
-
-SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
-{
-    int i, m;
-    if (ctx->model_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->springl_surface, ctx->model.set.count));
-    for (i = 0; i < ctx->model.set.count; i++)
-        for (m = 0; m < 3; m++) ctx->springl_surface.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->model.set.s[i].q[m]);
-    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->springl_surface, ctx->model.set.count));
-    ctx->model_fresh = true;
-    return SPRINGLS_OK;
+    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
 
 /* ---- material coordinates ---- */
@@ -349,3 +294,5 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
     springls__parallel(ctx, count, 64, springls__raycast_task, &q);
     return SPRINGLS_OK;
 }
+
+#endif

@@ -2,6 +2,22 @@
    (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
    bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
    there, before the model changes. */
+#ifndef SPRINGLS__OUTPUT_SNAPSHOT_H
+#define SPRINGLS__OUTPUT_SNAPSHOT_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/memory.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/attribute_rows.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/parameter_sets.h"
+#include "../solver/step.h"
 
 typedef struct springls__snapshot_head {
     char magic[8];
@@ -13,7 +29,7 @@ static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 typedef struct springls__attribute_entry {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
@@ -55,7 +71,7 @@ SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((u
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
     const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_KIND_ALL;
     int a = section - SPRINGLS__SECTION_VALUES;
     if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
     if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
@@ -222,7 +238,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) {
         memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
         springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
@@ -246,7 +262,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     springls__layout layout;
     if (size) *size = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+    if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -319,7 +335,7 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 {
     const springls__attribute_entry *a = &s->attribute[row];
     int i;
-    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME_LENGTH] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
         return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
@@ -332,7 +348,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
-    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
@@ -346,7 +362,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
         return "of another original surface, which it leaves out";
     return NULL;
 }
@@ -436,7 +452,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
             : 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
@@ -537,7 +553,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     ctx->model.params = s.params;
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
-    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
     ctx->model.set.count = s.count;
     ctx->model.set.at_edges = s.at_edges;
     ctx->model.set.next_id = s.next_id;
@@ -550,3 +566,5 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     ctx->neighbors_age = s.neighbors_age;
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,33 +1,13 @@
 /* read.h - what can be read from a model without computing much: views, coordinates, packed forms, dense copies. */
+#ifndef SPRINGLS__OUTPUT_VIEWS_H
+#define SPRINGLS__OUTPUT_VIEWS_H
 
-SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
-{
-    int i;
-    if (!ctx || !world || !voxel) return;
-    for (i = 0; i < count; i++) {
-        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
-        voxel[3 * (size_t)i] = x.x;
-        voxel[3 * (size_t)i + 1] = x.y;
-        voxel[3 * (size_t)i + 2] = x.z;
-    }
-}
-
-SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
-{
-    int i;
-    if (!ctx || !world || !voxel) return;
-    for (i = 0; i < count; i++)
-        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
-}
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
-
-/* Brings what is about to be read; it changes nothing that anybody can see. */
-SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
-{
-    springls_context *owner = (springls_context *)ctx;
-    return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
-}
 
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
@@ -125,3 +105,5 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
             }
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,23 +1,9 @@
 /* internal.h - what a context holds. Lengths are voxels everywhere below the public interface. */
+#ifndef SPRINGLS__RUNTIME_CONTEXT_H
+#define SPRINGLS__RUNTIME_CONTEXT_H
 
-#include <float.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#ifndef SPRINGLS_ASSERT
-#include <assert.h>
-#define SPRINGLS_ASSERT(condition) assert(condition)
-#endif
-
-#if defined(__GNUC__)
-#define SPRINGLS__FN __attribute__((unused)) static
-#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
-#else
-#define SPRINGLS__FN static
-#define SPRINGLS__PRINTF(text, first)
-#endif
+#include "../interface/api.h"
+#include "../../kernels_embed/stages/advect.h"
 
 /* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
 typedef struct springls__buffer {
@@ -59,7 +45,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
     springls_policy split, fill, merge;
     springls__buffer values;
@@ -111,21 +97,23 @@ typedef struct springls__pieces {
     springls__range_job kernel;
 } springls__pieces;
 
-/* The stage at work, and how far it has come (parts.h). */
+/* The stage at work, and how far it has come (resumable.h). */
 typedef struct springls__work {
     springls__stage_fn stage;
-    int phase, repetition;         /* the next part; how often one has been done again                                 */
-    bool pending;
-    float number;           /* what parts tell each other                                                       */
-    springls__pieces loop;
+    int phase;              /* the next one: a constant of the stage's enum                                     */
+    int repetition;         /* how often a phase has been repeated                                              */
+    bool pending;           /* the phase is still to run                                                        */
+    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
+    springls__pieces loop;  /* that the phase before has ended with                                             */
 } springls__work;
 
-/* What advect is to do, does and has done. */
+/* The motion of advect: its forces, its numbers, and what has come of it. */
 typedef struct springls__motion {
     springls_context *ctx;
     springls_forces forces;
     bool stop_at_topology;
-    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    float time, dt;
+    float max_displacement; /* of a particle, voxels; 0: no limit                                               */
     int tries;
     springls__force_rule rule;
     float affine_weight;
@@ -135,22 +123,32 @@ typedef struct springls__motion {
     int moving;
 } springls__motion;
 
-/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
-typedef struct springls__step_entry { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__step_entry;
+/* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
+typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+
+/* An entry of an algorithm (step.h). */
+typedef struct springls__step_entry {
+    springls__entry_kind kind;
+    int stage;              /* whose clock runs, or -1: none                                                    */
+    bool (*when)(const springls_context *ctx); /* its condition; NULL: always                                   */
+    springls__stage_fn run;
+} springls__step_entry;
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *row; /* the next one                                                            */
-    double seconds;         /* that the stage at work has taken so far                                          */
+    const springls__step_entry *next;
+    double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
-    double end;             /* time when the step will be over                                                  */
-    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
-    int parts;
-    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
-    int iterations;         /* of evolve and rebuild, to come                                                   */
+    double end_time;        /* of the step                                                                      */
+    float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
+    float longest_substep;  /* as the force permits                                                             */
+    int substeps;           /* so far                                                                           */
+    bool resamples;         /* this sub-step does                                                               */
+    bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
+    int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
 
 struct springls_context {
@@ -186,13 +184,4 @@ struct springls_context {
     char error[256];
 };
 
-SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
-    SPRINGLS__PRINTF(3, 4);
-SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...) SPRINGLS__PRINTF(3, 4);
-
-/* Returns the failure of an expression from the calling function. */
-#define SPRINGLS__TRY(expression)                                                       \
-    do {                                                                                \
-        springls_status springls__try_status = (expression);                            \
-        if (springls__try_status != SPRINGLS_OK) return springls__try_status;           \
-    } while (0)
+#endif

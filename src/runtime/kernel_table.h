@@ -1,4 +1,9 @@
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+#ifndef SPRINGLS__RUNTIME_KERNEL_TABLE_H
+#define SPRINGLS__RUNTIME_KERNEL_TABLE_H
+
+#include "../../kernels_embed/device/kernels.h"
+#include "context.h"
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
 #define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
@@ -40,3 +45,5 @@ typedef struct springls__kernel_info {
         float memory[floats];                                                                                            \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
     }
+
+#endif

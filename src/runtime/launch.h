@@ -1,4 +1,11 @@
 /* run.h - a kernel over all its elements, wherever the model lives. */
+#ifndef SPRINGLS__RUNTIME_LAUNCH_H
+#define SPRINGLS__RUNTIME_LAUNCH_H
+
+#include "errors.h"
+#include "kernel_table.h"
+#include "parallel.h"
+#include "residency.h"
 
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
@@ -98,7 +105,10 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->scan(ctx, scratch, count, total);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
@@ -109,3 +119,5 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     *total = (int)sum;
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,5 +1,11 @@
 /* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
    about to read and write, and only that is brought here, once. */
+#ifndef SPRINGLS__RUNTIME_RESIDENCY_H
+#define SPRINGLS__RUNTIME_RESIDENCY_H
+
+#include "arrays.h"
+#include "errors.h"
+#include "kernel_table.h"
 
 /* How many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
@@ -47,13 +53,15 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
-#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
-    do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
-        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
-    } while (0)
+/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
+   False when *status is the result: of the device, or the failure to bring the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
@@ -111,21 +119,6 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-SPRINGLS__FN void springls__clear_model(springls_context *ctx);
-
-/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
-SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
-{
-    bool lost = ctx->lost;
-    if (ctx->backend_status == SPRINGLS_OK) return status;
-    if (ctx->calls > 0) return lost ? ctx->backend_status : status;
-    if (lost || status == SPRINGLS_OK) status = ctx->backend_status;
-    ctx->backend_status = SPRINGLS_OK;
-    ctx->lost = false;
-    if (lost) springls__clear_model(ctx);
-    return status;
-}
-
 /* Working memory of stages: what it holds is of no use to whoever comes after them. */
 #define SPRINGLS__SCRATCH_BITS                                                                                                      \
     ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
@@ -138,11 +131,4 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
         if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
-/* From now on they run here, on all of the model: for inputs and queries. */
-SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
-{
-    ctx->on_device = false;
-    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
-}
+#endif

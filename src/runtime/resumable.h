@@ -2,6 +2,14 @@
    ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
    most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
    ctx->work. A stage that knows no parts is one. */
+#ifndef SPRINGLS__RUNTIME_RESUMABLE_H
+#define SPRINGLS__RUNTIME_RESUMABLE_H
+
+#include "kernel_table.h"
+#include "launch.h"
+#include "parallel.h"
+#include "residency.h"
+#include "stage_clock.h"
 
 /* For the end of a part: another one follows. */
 SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
@@ -18,9 +26,6 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
     ctx->work.repetition = 0;
     return springls__next_phase(ctx, 0);
 }
-
-/* The step in progress, if any, is ended first by whatever changes the model or wants its working memory. */
-SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx);
 
 /* ---- loops in pieces ---- */
 
@@ -127,18 +132,20 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
     return status;
 }
 
-/* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+/* ---- the step in progress ---- */
+
+SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
-    springls_status status;
-    double started;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    started = springls__stage_begin(ctx, stage);
-    springls__use_device(ctx);
-    ctx->calls++;
-    status = springls__run_to_completion(ctx, run);
-    ctx->calls--;
-    springls__stage_end(ctx, stage, started);
-    return springls__report_device_failure(ctx, status);
+    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
+    ctx->step.stage = -1;
 }
+
+/* What is in progress is left as it is. */
+SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
+{
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
+    ctx->step.active = false;
+    memset(&ctx->work, 0, sizeof ctx->work);
+}
+
+#endif

@@ -1,4 +1,8 @@
 /* stage.h - the begin and end of every stage: time and trace hooks. */
+#ifndef SPRINGLS__RUNTIME_STAGE_CLOCK_H
+#define SPRINGLS__RUNTIME_STAGE_CLOCK_H
+
+#include "residency.h"
 
 #if defined(_OPENMP)
 #include <omp.h>
@@ -36,3 +40,5 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
                                                              "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
+
+#endif

@@ -1,4 +1,17 @@
 /* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+#ifndef SPRINGLS__STAGES_ADVECT_H
+#define SPRINGLS__STAGES_ADVECT_H
+
+#include "../../kernels_embed/stages/advect.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
 
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
@@ -214,7 +227,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 }
 
 /* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
@@ -243,7 +256,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *job)
 }
 
 /* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
 {
     const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
@@ -284,7 +297,7 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
@@ -313,42 +326,40 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
     SPRINGLS__TRY(
         springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
     job->blocks = NULL;
-    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
-    return springls__displace_here(job);
+    if (ctx->on_device && springls__device_can_displace(job)) {
+        springls_status status = springls__displace_on_device(job);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    return springls__displace_on_host(job);
 }
 
-/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
-   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+
+/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
+   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
+   limit. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *job = &ctx->motion;
     int count = ctx->model.set.count;
-    if (ctx->work.phase == 0) {
+    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
         SPRINGLS__TRY(springls__displace(job));
-        return springls__next_phase(ctx, 1);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(job);
     if (job->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
-        return springls__next_phase(ctx, 0);
+    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
-    ctx->stats.moved = job->moved;
-    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = job->moved;
+    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
-{
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
@@ -364,16 +375,6 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     *speed = job->moved;
     return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
-{
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
-    *speed = 0.0f;
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    return springls__max_speed(ctx, forces, time, speed);
 }
 
 /* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
@@ -423,3 +424,5 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
         out[3 * i + 2] = u.z;
     }
 }
+
+#endif

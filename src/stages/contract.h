@@ -1,4 +1,14 @@
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
+#ifndef SPRINGLS__STAGES_CONTRACT_H
+#define SPRINGLS__STAGES_CONTRACT_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "inherit.h"
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
@@ -8,34 +18,38 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
-    int count = ctx->model.set.count;
+    int count = ctx->model.set.count, undecided;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
         if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
         job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
         job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
+    case SPRINGLS__CONTRACT_RESHAPE:
         springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, 4);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
+    case SPRINGLS__CONTRACT_MERGE:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
+    case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        return springls__next_phase(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+        undecided = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED);
+        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+    case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -53,7 +67,4 @@ SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
     return springls__next_stage(ctx, springls__contract);
 }
 
-SPRINGLS_API springls_status springls_contract(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
-}
+#endif

@@ -1,4 +1,13 @@
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 23). */
+#ifndef SPRINGLS__STAGES_EVOLVE_H
+#define SPRINGLS__STAGES_EVOLVE_H
+
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "topology.h"
+#include "unsigned_distance.h"
 
 /* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
@@ -7,15 +16,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
     springls__swap_phi(ctx);
 }
 
+enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
+
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__EVOLVE_OMEGA:
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
+    case SPRINGLS__EVOLVE_PHI:
         springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
+    case SPRINGLS__EVOLVE_COMMIT:
     default:
         springls__commit_phi(ctx, 1);
         springls__mark_phi_synced(ctx);
@@ -23,7 +35,4 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
-}
+#endif

@@ -1,5 +1,15 @@
 /* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+#ifndef SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
+#define SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../../kernels_embed/stages/fill_from_springls.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
 
 /* Where they are wanted. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
@@ -33,3 +43,5 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,4 +1,16 @@
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+#ifndef SPRINGLS__STAGES_FILL_GAPS_H
+#define SPRINGLS__STAGES_FILL_GAPS_H
+
+#include "../../kernels_embed/stages/fill_gaps.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../runtime/stage_clock.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "fill_from_springls.h"
+#include "inherit.h"
 
 /* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
@@ -41,6 +53,8 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
+enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
     const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
@@ -48,18 +62,19 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
     switch (ctx->work.phase) {
-    case 0:
-        if (!springls_first) return springls__next_phase(ctx, 2);
+    case SPRINGLS__FILL_FIND_SEEDS:
+        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
         SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
+    case SPRINGLS__FILL_INSERT_SEEDS:
         SPRINGLS__TRY(springls__insert_seeds(ctx));
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+    case SPRINGLS__FILL_FIND_EXPOSED:
         SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
                                           springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, 3);
+        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
+    case SPRINGLS__FILL_EXPOSED:
     default:
         SPRINGLS__TRY(springls__fill_exposed(ctx));
         springls__fit_new_springls(ctx, count);
@@ -67,7 +82,4 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
-}
+#endif

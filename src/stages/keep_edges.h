@@ -1,6 +1,14 @@
 /* edges.h - sharp edges stay sharp (params.keep_edges): springls at a crease belong to one side of it. Their places are exact
    where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
    both sides. */
+#ifndef SPRINGLS__STAGES_KEEP_EDGES_H
+#define SPRINGLS__STAGES_KEEP_EDGES_H
+
+#include "../../kernels_embed/stages/keep_edges.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/parallel.h"
+#include "../model/cell_list.h"
 
 /* Finds the springls at creases (edge), and the normal and place that each has on its side. */
 SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool anew)
@@ -155,3 +163,5 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
     springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
 }
+
+#endif

@@ -1,6 +1,18 @@
 /* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
+   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
    of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
+#ifndef SPRINGLS__STAGES_PROJECT_H
+#define SPRINGLS__STAGES_PROJECT_H
+
+#include "../../kernels_embed/stages/project.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "evolve.h"
+#include "rebuild.h"
 
 /* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
    when it is next asked for. */
@@ -18,46 +30,51 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
         springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
     ctx->omega_fresh = false;
 }
+
+enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     const int sweeps = 2;
     springls__job job = springls__job_of(carry);
-    float *way = &ctx->work.number;
+    float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
         SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, way));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
-        job.f[0] = *way;
+        job.f[0] = *displacement;
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+    case SPRINGLS__PROJECT_COMMIT:
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
         }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, 3);
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
+    case SPRINGLS__PROJECT_NO_SPECKS:
         springls__swap_phi(ctx);
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+    case SPRINGLS__PROJECT_SWEEP:
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 4);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
+    case SPRINGLS__PROJECT_SWEPT:
     default:
         springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, 3);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
 }
 
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
+
+#endif

@@ -1,4 +1,13 @@
 /* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
+#ifndef SPRINGLS__STAGES_REBUILD_H
+#define SPRINGLS__STAGES_REBUILD_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/grid.h"
 
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
@@ -18,7 +27,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
     springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     ctx->cells_fresh = false; /* they live in the bricks */
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
@@ -46,22 +58,22 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
+enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
+
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
+    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__REBUILD_INTERFACE:
         springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    case SPRINGLS__REBUILD_SWEEP:
+    default:
         springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    default: return SPRINGLS_OK;
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }
 }
 
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
-}
+#endif

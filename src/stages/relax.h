@@ -1,20 +1,32 @@
 /* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
+#ifndef SPRINGLS__STAGES_RELAX_H
+#define SPRINGLS__STAGES_RELAX_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/neighbors.h"
+
+enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__RELAX_FIND_NEIGHBORS:
         if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_ITERATE:
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
         springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
+    case SPRINGLS__RELAX_ITERATED:
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
         springls__constellation_moved(ctx);
-        return ++ctx->work.repetition < ctx->model.params.relax_iterations ? springls__next_phase(ctx, 1) : SPRINGLS_OK;
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        return SPRINGLS_OK;
     }
 }
 
@@ -26,7 +38,4 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_relax(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
-}
+#endif

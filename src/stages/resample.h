@@ -1,4 +1,13 @@
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
+#ifndef SPRINGLS__STAGES_RESAMPLE_H
+#define SPRINGLS__STAGES_RESAMPLE_H
+
+#include "../../kernels_embed/stages/resample.h"
+#include "../runtime/arrays.h"
+#include "../runtime/launch.h"
+#include "../model/cell_list.h"
+#include "../model/constellation.h"
+#include "inherit.h"
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
@@ -22,7 +31,4 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_resample(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
-}
+#endif

@@ -1,5 +1,9 @@
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
    Inside is 6-connected and outside 26-connected, here and in marching cubes. */
+#ifndef SPRINGLS__STAGES_TOPOLOGY_H
+#define SPRINGLS__STAGES_TOPOLOGY_H
+
+#include "../runtime/launch.h"
 
 /* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
@@ -9,3 +13,5 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
         for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, springls__job_of(colour));
     springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, springls__no_job());
 }
+
+#endif

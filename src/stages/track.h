@@ -1,4 +1,8 @@
 /* track.h - where on the original surface a springl belongs (section 4.7). */
+#ifndef SPRINGLS__STAGES_TRACK_H
+#define SPRINGLS__STAGES_TRACK_H
+
+#include "../runtime/launch.h"
 
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
@@ -6,7 +10,4 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_track(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_TRACK, springls__track);
-}
+#endif

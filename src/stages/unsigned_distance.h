@@ -1,4 +1,12 @@
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+#ifndef SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
+#define SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
 
 /* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
@@ -6,7 +14,10 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     springls__grid *g = &ctx->model.grid;
     springls__cell_list *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->near_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -43,9 +54,11 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture));
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
         springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
 }
+
+#endif

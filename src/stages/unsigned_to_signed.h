@@ -2,6 +2,18 @@
    the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
    is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
    and hollows that the background cannot reach are outside as well. */
+#ifndef SPRINGLS__STAGES_UNSIGNED_TO_SIGNED_H
+#define SPRINGLS__STAGES_UNSIGNED_TO_SIGNED_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "rebuild.h"
+#include "unsigned_distance.h"
 
 /* Bricks within the band of any springl; everything else is dropped first. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
@@ -10,7 +22,10 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     springls__grid_clear(ctx, g);
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
     memset(wanted, 0, (size_t)bricks);
@@ -105,7 +120,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (g->omega[v] < r->ctx->model.params.capture_range) r->votes += g->phi[v] > 0.0f ? 1 : -1;
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -156,7 +171,10 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->settle_regions(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
@@ -169,29 +187,33 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
+       SPRINGLS__SIGN_COMMIT };
+
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__SIGN_OMEGA:
         if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
+    case SPRINGLS__SIGN_GROW_BRICKS:
         SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
+    case SPRINGLS__SIGN_GROW_COARSE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
+    case SPRINGLS__SIGN_GROW_FINE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, 4);
-    case 4:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
+    case SPRINGLS__SIGN_SIDES:
         if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
-        return springls__next_phase(ctx, 5);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
+    case SPRINGLS__SIGN_COMMIT:
     default:
         if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
@@ -200,7 +222,4 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     }
 }
 
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
-}
+#endif

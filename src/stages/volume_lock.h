@@ -3,6 +3,17 @@
    its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
    each knows the component it was part of, so that after a split or a merger what was known is shared out or summed.
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
+#ifndef SPRINGLS__STAGES_VOLUME_LOCK_H
+#define SPRINGLS__STAGES_VOLUME_LOCK_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../runtime/parallel.h"
+#include "../model/constellation.h"
+#include "../model/host_access.h"
+#include "evolve.h"
 
 /* A component now. */
 typedef struct springls__volume_component {
@@ -455,3 +466,5 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     if (known > 0) springls__correct_volumes(ctx, &parts, &kinship);
     return springls__lock_components(ctx, &parts, &kinship);
 }
+
+#endif

@@ -1,6 +1,25 @@
 /* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
    those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
    tell it exactly (project, keep_edges). */
+#ifndef SPRINGLS__TOOLS_COMBINE_H
+#define SPRINGLS__TOOLS_COMBINE_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../runtime/resumable.h"
+#include "../model/attribute_rows.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/inherit.h"
+#include "../stages/keep_edges.h"
+#include "../stages/project.h"
+#include "../stages/rebuild.h"
+#include "../solver/step.h"
 
 /* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
 typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
@@ -311,3 +330,5 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_destroy(other);
     return status;
 }
+
+#endif

@@ -1,4 +1,25 @@
 /* remodel.h - offset, smooth, remesh: a model made over in one call. */
+#ifndef SPRINGLS__TOOLS_REMODEL_H
+#define SPRINGLS__TOOLS_REMODEL_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/resumable.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/grid.h"
+#include "../model/host_access.h"
+#include "../model/mesh_distance.h"
+#include "../stages/contract.h"
+#include "../stages/inherit.h"
+#include "../stages/project.h"
+#include "../stages/relax.h"
+#include "../stages/resample.h"
+#include "../solver/step.h"
+#include "../input/set_level_set.h"
+#include "../output/isosurface.h"
+#include "combine.h"
 
 /* ---- offset ---- */
 
@@ -222,3 +243,5 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }
+
+#endif

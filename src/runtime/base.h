@@ -1,0 +1,33 @@
+/* base.h - what every host part stands on: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
+#ifndef SPRINGLS__RUNTIME_BASE_H
+#define SPRINGLS__RUNTIME_BASE_H
+
+#include "../interface/api.h"
+
+#include <float.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef SPRINGLS_ASSERT
+#include <assert.h>
+#define SPRINGLS_ASSERT(condition) assert(condition)
+#endif
+
+#if defined(__GNUC__)
+#define SPRINGLS__FN __attribute__((unused)) static
+#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
+#else
+#define SPRINGLS__FN static
+#define SPRINGLS__PRINTF(text, first)
+#endif
+
+/* Returns the failure of an expression from the calling function. */
+#define SPRINGLS__TRY(expression)                                                       \
+    do {                                                                                \
+        springls_status springls__try_status = (expression);                            \
+        if (springls__try_status != SPRINGLS_OK) return springls__try_status;           \
+    } while (0)
+
+#endif

@@ -1,0 +1,39 @@
+/* errors.h - the text of the last failure, the caller's log and the caller's progress report. */
+#ifndef SPRINGLS__RUNTIME_ERRORS_H
+#define SPRINGLS__RUNTIME_ERRORS_H
+
+#include "base.h"
+#include "context.h"
+
+SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...) SPRINGLS__PRINTF(3, 4);
+SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
+    SPRINGLS__PRINTF(3, 4);
+
+SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
+{
+    char message[256];
+    va_list args;
+    if (!ctx->desc.logger.log) return;
+    va_start(args, format);
+    vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    ctx->desc.logger.log(ctx->desc.logger.user, level, message);
+}
+
+SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(ctx->error, sizeof ctx->error, format, args);
+    va_end(args);
+    springls__log(ctx, 1, "%s", ctx->error);
+    return status;
+}
+
+/* Tells how far a long call has come; true when the caller wants it to end. */
+SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
+{
+    return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
+}
+
+#endif

@@ -1,0 +1,32 @@
+/* parallel.h - the parallel loop. */
+#ifndef SPRINGLS__RUNTIME_PARALLEL_H
+#define SPRINGLS__RUNTIME_PARALLEL_H
+
+#include "base.h"
+#include "context.h"
+
+/* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own
+   indices own, so results cannot depend on the number of workers. */
+SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
+{
+    if (count <= 0) return;
+    if (ctx->desc.tasks.parallel_for) {
+        ctx->desc.tasks.parallel_for(ctx->desc.tasks.user, count, grain, task, arg);
+        return;
+    }
+#if defined(_OPENMP)
+    {
+        int blocks = (count + grain - 1) / grain, b;
+        #pragma omp parallel for schedule(dynamic) if (blocks > 1)
+        for (b = 0; b < blocks; b++) {
+            int begin = b * grain, end = begin + grain < count ? begin + grain : count;
+            task(arg, begin, end);
+        }
+    }
+#else
+    (void)grain;
+    task(arg, 0, count);
+#endif
+}
+
+#endif

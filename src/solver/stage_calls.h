@@ -1,0 +1,95 @@
+/* stage_calls.h - the public calls of single stages. A step in progress is finished first. */
+#ifndef SPRINGLS__SOLVER_STAGE_CALLS_H
+#define SPRINGLS__SOLVER_STAGE_CALLS_H
+
+#include "../runtime/errors.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../runtime/stage_clock.h"
+#include "../model/host_access.h"
+#include "../stages/advect.h"
+#include "../stages/contract.h"
+#include "../stages/evolve.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/rebuild.h"
+#include "../stages/relax.h"
+#include "../stages/resample.h"
+#include "../stages/track.h"
+#include "../stages/unsigned_to_signed.h"
+#include "step.h"
+
+/* Runs one stage under its clock: the body of every public stage call. */
+SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    started = springls__stage_begin(ctx, stage);
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__run_to_completion(ctx, run);
+    ctx->calls--;
+    springls__stage_end(ctx, stage, started);
+    return springls__report_device_failure(ctx, status);
+}
+
+SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
+    *speed = 0.0f;
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__max_speed(ctx, forces, time, speed);
+}
+
+SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
+}
+
+SPRINGLS_API springls_status springls_relax(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
+}
+
+SPRINGLS_API springls_status springls_contract(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
+}
+
+SPRINGLS_API springls_status springls_resample(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
+}
+
+SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
+}
+
+SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
+}
+
+SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
+}
+
+SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
+}
+
+SPRINGLS_API springls_status springls_track(springls_context *ctx)
+{
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_TRACK, springls__track);
+}
+
+#endif

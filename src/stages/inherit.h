@@ -1,0 +1,276 @@
+/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7). The springls change as they would without; at the end of a stage that
+   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
+   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
+   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+#ifndef SPRINGLS__STAGES_INHERIT_H
+#define SPRINGLS__STAGES_INHERIT_H
+
+#include "../../kernels_embed/stages/contract.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/parallel.h"
+#include "../runtime/residency.h"
+#include "../model/attribute_rows.h"
+#include "../model/bvh.h"
+#include "../model/constellation.h"
+#include "../model/interpolation.h"
+#include "../model/springl_surface.h"
+#include "../model/transform.h"
+
+/* ---- split ---- */
+
+SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, springls_policy policy)
+{
+    int i, channels = 0;
+    for (i = 0; i < ctx->attribute_count; i++) channels += ctx->attributes[i].split == policy ? ctx->attributes[i].channels : 0;
+    return channels;
+}
+
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
+{
+    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+    if (!blended) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
+    return SPRINGLS_OK;
+}
+
+/* The springl of an id, among the first `count`: ids ascend. */
+SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+{
+    int low = 0, high = count;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (ctx->model.set.id[middle] <= id) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+typedef struct springls__inherit_job {
+    springls_context *ctx;
+    springls__interpolation_search search;
+    int blended; /* channels */
+    float *values;
+} springls__inherit_job;
+
+SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
+{
+    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+}
+
+/* Blended values of both halves, from those that the springls had before. */
+SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    float *out = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int half, i;
+    for (; begin < end; begin++)
+        for (half = 0; half < 2; half++) {
+            int child = job->search.known + begin;
+            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            for (i = 0; i < job->ctx->attribute_count; i++) {
+                const springls__attribute *attribute = &job->ctx->attributes[i];
+                if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
+                springls__interpolate_value(attribute, &donors, true, out);
+                out += attribute->channels;
+            }
+        }
+}
+
+SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int i, c;
+    for (; begin < end; begin++, in += 2 * job->blended) {
+        int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
+            for (c = 0; c < attribute->channels; c++) {
+                if (attribute->split == SPRINGLS_POLICY_BLEND) first[c] = in[at + c];
+                if (attribute->split == SPRINGLS_POLICY_SHARE) first[c] *= 0.5f;
+                second[c] = attribute->split == SPRINGLS_POLICY_BLEND ? in[job->blended + at + c] : first[c];
+            }
+            if (attribute->split == SPRINGLS_POLICY_BLEND) at += attribute->channels;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    springls_status status;
+    int added = ctx->model.set.count - known;
+    if (!ctx->attribute_count) return;
+    status = springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0);
+    if (status != SPRINGLS_OK) return;
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
+    job.search.known = known;
+    job.blended = springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
+    job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
+    if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+}
+
+/* ---- fill ---- */
+
+SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    int i;
+    for (; begin < end; begin++) {
+        int child = job->search.known + begin;
+        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *row = springls__attribute_row(attribute, child);
+            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
+            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = known;
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
+{
+    springls_status status;
+    if (!ctx->attribute_count || ctx->model.set.count == known) return SPRINGLS_OK;
+    status = springls__attributes_fill(ctx, known);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->stats.added -= ctx->model.set.count - known;
+    ctx->model.set.count = known;
+    springls__constellation_changed(ctx);
+    return status;
+}
+
+/* ---- merge ---- */
+
+/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
+
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
+{
+    const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
+    const springls__springl *s = ctx->model.set.s;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, s[i].p),
+                                                         range * ctx->largest_spacing / ctx->smallest_spacing);
+    springls__v3 n = springls__springl_normal(s[i]);
+    float best = range * range;
+    springls__merge_target heir;
+    int j;
+    heir.index = -1;
+    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+        float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
+        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
+        best = d2;
+        heir.index = j;
+    }
+    heir.distance = springls__sqrt(best);
+    return heir;
+}
+
+typedef struct springls__merge_targets_job {
+    const springls_context *ctx;
+    const uint8_t *fate;
+    springls__merge_target *heirs;
+} springls__merge_targets_job;
+
+SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
+{
+    const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
+    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
+}
+
+SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        if (ctx->attributes[i].merge != SPRINGLS_POLICY_COPY) return true;
+    return false;
+}
+
+/* SCRATCH1 has the fate of every springl. */
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
+{
+    springls__merge_targets_job job;
+    size_t count = (size_t)ctx->model.set.count;
+    if (!ctx->attribute_count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.ctx = ctx;
+    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
+SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+{
+    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    int c;
+    for (c = 0; c < attribute->channels; c++)
+        to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
+}
+
+/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
+   leaves its share. */
+SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+{
+    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    int i, k;
+    for (i = 0; i < count; i++) {
+        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
+        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
+        if (!heir) continue;
+        for (k = 0; k < ctx->attribute_count; k++)
+            if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
+                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
+                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
+        if (merged) heir->area += heirs[i].area;
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
+{
+    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    int i, k, n;
+    if (!ctx->attribute_count || ctx->lost) return;
+    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    for (k = 0; k < ctx->attribute_count; k++)
+        for (i = n = 0; i < count; i++)
+            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+}
+
+#endif

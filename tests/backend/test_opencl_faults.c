@@ -1,0 +1,437 @@
+/* test_opencl_faults.c - every call into OpenCL fails once, or from there on, during a short life of a model: one clear error, nothing leaked,
+   and the context goes on with scalar code: where the model could be brought back, to the same bits. Skipped without OpenCL. */
+#include "histories.h"
+#include "springls_cl.h"
+#include "opencl_stub.h"
+
+static const stub_controls *stub; /* NULL: there is none here, or no OpenCL behind it */
+static char stub_path[512];
+static springls_backend *reliable; /* made without a fault; for many contexts */
+static int objects_before; /* the test */
+
+#define NEEDS_STUB() do { if (!stub) SKIPm("there is no OpenCL device, or no stub before it"); } while (0)
+
+/* ---- what is logged ---- */
+
+typedef struct fault_log { int errors, warnings; char error[256], lines[1024]; } fault_log;
+
+FIXTURE void fault_logger(void *user, int level, const char *message)
+{
+    fault_log *log = (fault_log *)user;
+    log->errors += level == 1;
+    log->warnings += level == 2;
+    if (level == 1) snprintf(log->error, sizeof log->error, "%s", message);
+    if (level > 2 || strlen(log->lines) + strlen(message) + 2 > sizeof log->lines) return;
+    strcat(strcat(log->lines, message), "\n");
+}
+
+/* ---- backends that cannot be made ---- */
+
+FIXTURE springls_status fault_create(const char *library, fault_log *log, springls_backend **backend)
+{
+    springls_cl_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memset(log, 0, sizeof *log);
+    desc.library = library;
+    desc.logger.log = fault_logger;
+    desc.logger.user = log;
+    return springls_cl_create(&desc, backend);
+}
+
+FIXTURE void fault_count(void)
+{
+    stub->begin();
+    objects_before = stub->objects();
+}
+
+FIXTURE bool fault_leaves_nothing(void) { return stub->objects() == objects_before && stub->misuse()[0] == 0; }
+
+/* Whichever call fails: no backend, a status, one line that says so, nothing left. */
+TEST making_a_backend_fails(int error)
+{
+    int call, calls;
+    fault_log log;
+    springls_backend *backend;
+    NEEDS_STUB();
+    fault_count();
+    ASSERT_OK(fault_create(stub_path, &log, &backend));
+    ASSERT_EQ(0, log.errors + log.warnings);
+    calls = stub->calls(NULL);
+    ASSERT_GT(calls, SPRINGLS__KERNEL_COUNT);
+    springls_cl_destroy(backend);
+    ASSERT(fault_leaves_nothing());
+    for (call = 0; call < calls; call++) {
+        springls_status status;
+        stub->begin();
+        stub->fail(NULL, call, error, 0);
+        status = fault_create(stub_path, &log, &backend);
+        if (status == SPRINGLS_OK) { /* another platform or kind of device was tried, or a name is not known */
+            ASSERT(strncmp(stub->failed(), "clGet", 5) == 0);
+            ASSERT(springls_cl_exact(backend));
+            springls_cl_destroy(backend);
+        } else {
+            ASSERT(backend == NULL);
+            ASSERT(status == SPRINGLS_DEVICE_FAILED || status == SPRINGLS_OUT_OF_MEMORY);
+            ASSERT_EQ(1, log.warnings);
+            ASSERT_EQ(0, log.errors);
+            ASSERT(strstr(log.lines, "opencl: ") != NULL && strstr(log.lines, "going on without") != NULL);
+        }
+        ASSERT(fault_leaves_nothing());
+    }
+    PASS();
+}
+
+TEST kernels_do_not_compile(void)
+{
+    fault_log log;
+    springls_backend *backend;
+    NEEDS_STUB();
+    fault_count();
+    stub->fail("clBuildProgram", 0, CL_BUILD_PROGRAM_FAILURE, 0);
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(stub_path, &log, &backend));
+    ASSERT(backend == NULL);
+    ASSERT(strstr(log.lines, "springls.h:1234:5: error: made up by the stub\nand a second line\n") != NULL);
+    ASSERT(strstr(log.lines, "the kernels do not compile") != NULL);
+    ASSERT_EQ(3, log.warnings);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+TEST no_platform_and_no_library(void)
+{
+    fault_log log;
+    springls_backend *backend;
+    NEEDS_STUB();
+    fault_count();
+    stub->hide_platforms(1);
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(stub_path, &log, &backend));
+    ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, "no device") != NULL);
+    stub->begin();
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create("libthere-is-none.so", &log, &backend));
+    ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, "libthere-is-none.so") != NULL);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+/* Of the caller's queues only one in order, of the context given, is taken; it works, and is given back. */
+TEST queues_of_the_caller(void)
+{
+    const springls__cl *cl = (const springls__cl *)(const void *)reliable;
+    cl_context own, other;
+    cl_command_queue queues[3];
+    springls_cl_desc desc;
+    springls_backend *backend;
+    fault_log log;
+    cl_int error;
+    int i;
+    NEEDS_STUB();
+    fault_count();
+    own = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
+    other = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
+    queues[0] = cl->CreateCommandQueue(own, cl->device, 0, &error);
+    queues[1] = cl->CreateCommandQueue(own, cl->device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &error);
+    queues[2] = cl->CreateCommandQueue(other, cl->device, 0, &error);
+    for (i = 0; i < 3; i++) {
+        if (!queues[i]) continue; /* out of order is an option of the device */
+        memset(&desc, 0, sizeof desc);
+        memset(&log, 0, sizeof log);
+        desc.library = stub_path;
+        desc.context = own;
+        desc.queue = queues[i];
+        desc.logger.log = fault_logger;
+        desc.logger.user = &log;
+        ASSERT_STATUS(i == 0 ? SPRINGLS_OK : SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
+        ASSERT_EQ(i == 0, backend != NULL);
+        ASSERT_EQ(i == 0, strstr(log.lines, "the queue is out of order, or of another context") == NULL);
+        if (i == 0) ASSERT_EQ(queues[0], ((springls__cl *)(void *)backend)->queue);
+        springls_cl_destroy(backend);
+        cl->ReleaseCommandQueue(queues[i]);
+    }
+    cl->ReleaseContext(own);
+    cl->ReleaseContext(other);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+/* A copy of the stub whose symbol `name` is called otherwise. */
+FIXTURE bool fault_library_without(const char *name, const char *path)
+{
+    FILE *file = fopen(stub_path, "rb");
+    char *bytes;
+    long size, i;
+    size_t length = strlen(name) + 1;
+    bool done;
+    if (!file) return false;
+    fseek(file, 0, SEEK_END);
+    size = ftell(file);
+    rewind(file);
+    bytes = (char *)malloc((size_t)size);
+    done = bytes && fread(bytes, 1, (size_t)size, file) == (size_t)size;
+    fclose(file);
+    for (i = 0; done && i + (long)length <= size; i++)
+        if (memcmp(bytes + i, name, length) == 0) bytes[i] = 'x';
+    file = done ? fopen(path, "wb") : NULL;
+    done = file && fwrite(bytes, 1, (size_t)size, file) == (size_t)size;
+    if (file) fclose(file);
+    free(bytes);
+    return done;
+}
+
+/* A library that lacks any one of the functions is no library. */
+TEST functions_are_missing(void)
+{
+#define FAULT_FUNCTION(name, result, arguments) "cl" #name,
+    static const char *const functions[] = { SPRINGLS__CL_FUNCTIONS(FAULT_FUNCTION) };
+#undef FAULT_FUNCTION
+    char path[sizeof stub_path + 8];
+    fault_log log;
+    springls_backend *backend;
+    size_t i;
+    NEEDS_STUB();
+    fault_count();
+    for (i = 0; i < sizeof functions / sizeof *functions; i++) {
+        snprintf(path, sizeof path, "%s.part", stub_path);
+        ASSERT(fault_library_without(functions[i], path));
+        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(path, &log, &backend));
+        remove(path);
+        ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, functions[i]) != NULL);
+    }
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+/* ---- a device that fails while it works ---- */
+
+enum { FAULT_SIZE = 20 };
+
+typedef struct fault_outcome {
+    uint64_t hash;
+    int calls;               /* into OpenCL                                               */
+    int failures;            /* calls that have told one                                  */
+    int lost;                /* models                                                    */
+    springls_status status;  /* of the failure                                            */
+    char text[256];
+    fault_log log;
+    const char *fault;       /* what was wrong                                            */
+} fault_outcome;
+
+typedef struct fault_life { springls_context *ctx; springls_forces forces; springls_step_desc fluid, elastic; float field[3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE]; } fault_life;
+
+FIXTURE springls_status fault_begin(fault_life *life)
+{
+    springls_sphere ball = fixture_ball(7.5f, 7.0f, 7.2f, 3.5f);
+    springls_params p = springls_default_params();
+    SPRINGLS__TRY(springls_set_params(life->ctx, &p)); /* it may be the second model */
+    return springls_set_implicit(life->ctx, springls_implicit_sphere, &ball);
+}
+
+enum { FAULT_CALLS = 8, FAULT_QUERY = 6 /* and what follows */ };
+
+/* The calls of a life, one after the other. */
+FIXTURE springls_status fault_call(fault_life *life, int call)
+{
+    springls_params p = springls_get_params(life->ctx);
+    springls_mesh mesh;
+    springls_status status;
+    switch (call) {
+    case 0: return fault_begin(life);
+    case 1: case 4: return springls_step(life->ctx, &life->fluid);
+    case 2: return springls_step(life->ctx, &life->elastic);
+    case 3:
+        p.capture_range = 2.2f;
+        p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        return springls_set_params(life->ctx, &p);
+    case FAULT_QUERY:
+        status = springls_extract_mesh(life->ctx, &mesh);
+        if (status == SPRINGLS_OK) springls_mesh_free(life->ctx, &mesh);
+        return status;
+    case 7: return springls_copy_level_set(life->ctx, life->field);
+    default: return springls_relax(life->ctx);
+    }
+}
+
+FIXTURE void fault_note(fault_outcome *out, const char *fault) { if (!out->fault) out->fault = fault; }
+
+/* After a failure: what the context says, and whether it goes on. */
+FIXTURE void fault_after(fault_life *life, fault_outcome *out, int call, springls_status status)
+{
+    int i;
+    out->failures++;
+    out->status = status;
+    snprintf(out->text, sizeof out->text, "%s", springls_last_error(life->ctx));
+    if (stub && stub->memories() != 0) fault_note(out, "device memory is left");
+    if (springls_count(life->ctx) == 0) {
+        out->lost++;
+        if (strstr(out->text, "the model is lost") == NULL) fault_note(out, "the model is gone and nobody says so");
+        if (springls_get_stats(life->ctx).bricks != 0) fault_note(out, "the level set is left of a lost model");
+        for (i = 0; i <= call; i++) /* another one, the same */
+            if (fault_call(life, i) != SPRINGLS_OK) fault_note(out, "the context does not go on after the model was lost");
+    } else if (call >= FAULT_QUERY) {
+        if (fault_call(life, call) != SPRINGLS_OK) fault_note(out, "a query does not work when asked again");
+    }
+}
+
+/* function: whose calls are counted, NULL: of all. */
+FIXTURE fault_outcome fault_run(springls_backend *backend, const char *function)
+{
+    static fault_life life;
+    springls_params p = springls_default_params();
+    springls_desc desc = fixture_desc(FAULT_SIZE, &p);
+    springls_deformation_flow flow = { (float)FAULT_SIZE, 2.0f };
+    fixture_heap heap;
+    fault_outcome out;
+    int i;
+    memset(&out, 0, sizeof out);
+    memset(&life, 0, sizeof life);
+    desc.allocator = fixture_allocator(&heap);
+    life.forces = fixture_forces(springls_velocity_deformation, &flow);
+    life.forces.velocity_grid.data = life.field;
+    for (i = 0; i < 3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE; i++) life.field[i] = 0.01f * (float)(i % 7);
+    life.fluid = fixture_step(&life.forces, SPRINGLS_MODE_FLUID, 0.08f);
+    life.elastic = fixture_step(&life.forces, SPRINGLS_MODE_ELASTIC, 0.05f);
+    desc.backend = backend;
+    desc.logger.log = fault_logger;
+    desc.logger.user = &out.log;
+    if (springls_create(&desc, &life.ctx) != SPRINGLS_OK) {
+        fault_note(&out, "no context");
+        return out;
+    }
+    for (i = 0; i < FAULT_CALLS; i++) {
+        springls_status status = fault_call(&life, i);
+        if (status != SPRINGLS_OK) fault_after(&life, &out, i, status);
+    }
+    out.calls = stub->calls(function);
+    stub->fail(NULL, 0, CL_SUCCESS, 0); /* the hash has no status to tell of more */
+    out.hash = springls_state_hash(life.ctx);
+    springls_destroy(life.ctx);
+    if (heap.blocks != 0 || heap.wrong_sizes != 0) fault_note(&out, "memory is left");
+    return out;
+}
+
+/* What is wrong with a life in which call number `call` of `function` fails; NULL: nothing. */
+FIXTURE const char *fault_verdict(const char *function, int call, int error, int on, uint64_t expected, int *lost)
+{
+    static char message[512];
+    fault_outcome out;
+    const char *fault;
+    stub->begin();
+    stub->fail(function, call, error, on);
+    out = fault_run(reliable, function);
+    fault = out.fault;
+    *lost += out.lost;
+    if (!fault && stub->failed()[0] == 0) fault = "nothing has failed";
+    if (!fault && !fault_leaves_nothing()) fault = stub->misuse()[0] ? "something is used that there is not" : "something is left";
+    if (!fault && out.log.errors != out.failures) fault = "errors logged and told are not the same";
+    if (!fault && out.failures != 1) fault = "not one failure is told";
+    if (!fault && out.status != SPRINGLS_DEVICE_FAILED) fault = "it is not told as one of the device";
+    if (!fault && (strcmp(out.text, out.log.error) != 0 || strstr(out.text, "opencl: ") != out.text || strstr(out.text, "going on without the device") == NULL))
+        fault = "the text is not clear";
+    if (!fault && out.hash != expected) fault = "the model is another one";
+    if (!fault) return NULL;
+    snprintf(message, sizeof message, "call %d, %s, error %d%s: %s. %d told, %d lost; \"%s\"", call, stub->failed(), error, on ? " and all after it" : "", fault,
+             out.failures, out.lost, out.text);
+    return message;
+}
+
+TEST a_call_fails(const char *function, int error, int on, int stride)
+{
+    uint64_t expected;
+    int call, calls, lost = 0;
+    fault_outcome clean;
+    NEEDS_STUB();
+    fault_count();
+    expected = fault_run(NULL, function).hash;
+    ASSERT(expected != 0);
+    clean = fault_run(reliable, function);
+    ASSERT(clean.failures == 0 && clean.log.errors == 0 && clean.fault == NULL);
+    ASSERT(clean.hash == expected);
+    ASSERT(fault_leaves_nothing());
+    calls = clean.calls;
+    ASSERT_GT(calls, 20);
+    for (call = 0; call < calls; call += stride) {
+        const char *verdict = fault_verdict(function, call, error, on, expected, &lost);
+        if (verdict) FAILm(verdict);
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  %d calls, %d models lost\n", calls, lost);
+    if (on) ASSERT_GT(lost, 0);
+    PASS();
+}
+
+/* What has no status to tell a failure by: nothing to see of a lost model, and all of one that was brought back. */
+TEST a_view_fails(int on)
+{
+    fault_log log;
+    fault_life life;
+    springls_params p = springls_default_params();
+    springls_desc desc = fixture_desc(FAULT_SIZE, &p);
+    springls_view view;
+    int count, before;
+    NEEDS_STUB();
+    fault_count();
+    memset(&log, 0, sizeof log);
+    desc.backend = reliable;
+    desc.logger.log = fault_logger;
+    desc.logger.user = &log;
+    ASSERT_OK(springls_create(&desc, &life.ctx));
+    ASSERT_OK(fault_begin(&life));
+    ASSERT_OK(springls_relax(life.ctx));
+    before = springls_count(life.ctx);
+    stub->fail("clEnqueueReadBuffer", stub->calls("clEnqueueReadBuffer"), CL_OUT_OF_RESOURCES, on);
+    view = springls_view_particles(life.ctx);
+    count = springls_count(life.ctx);
+    ASSERT_EQ(1, log.errors);
+    ASSERT_EQ(on ? 0 : before, count);
+    ASSERT_EQ(count, view.count);
+    ASSERT_EQ(on, view.data == NULL);
+    ASSERT(strstr(springls_last_error(life.ctx), "opencl: download: out of device resources") != NULL);
+    ASSERT_STATUS(on ? SPRINGLS_EMPTY_MODEL : SPRINGLS_OK, springls_unsigned_to_signed(life.ctx));
+    springls_destroy(life.ctx);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+SUITE(making)
+{
+    RUN_TESTp(making_a_backend_fails, CL_OUT_OF_HOST_MEMORY);
+    RUN_TEST(kernels_do_not_compile);
+    RUN_TEST(no_platform_and_no_library);
+    RUN_TEST(queues_of_the_caller);
+    RUN_TEST(functions_are_missing);
+}
+
+SUITE(working)
+{
+    int on;
+    for (on = 0; on < 2; on++) {
+        greatest_set_test_suffix(on ? "for_good" : "once");
+        RUN_TESTp(a_view_fails, on);
+    }
+    greatest_set_test_suffix("out_of_memory");
+    RUN_TESTp(a_call_fails, NULL, CL_MEM_OBJECT_ALLOCATION_FAILURE, 0, 1);
+    greatest_set_test_suffix("device_lost");
+    RUN_TESTp(a_call_fails, NULL, CL_DEVICE_NOT_AVAILABLE, 1, 1);
+    greatest_set_test_suffix("work_group_limit");
+    RUN_TESTp(a_call_fails, "clEnqueueNDRangeKernel", CL_INVALID_WORK_GROUP_SIZE, 0, 5);
+    greatest_set_test_suffix("argument");
+    RUN_TESTp(a_call_fails, "clSetKernelArg", CL_OUT_OF_RESOURCES, 0, 97); /* all kernels are given the same ones: some of them all */
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    const char *slash = strrchr(argv[0], '/');
+    void *library;
+    fault_log log;
+    GREATEST_MAIN_BEGIN();
+    snprintf(stub_path, sizeof stub_path, "%.*s/opencl_stub.so", slash ? (int)(slash - argv[0]) : 1, slash ? argv[0] : "."); /* beside this program */
+    library = SPRINGLS__CL_OPEN(stub_path);
+    if (library) stub = (const stub_controls *)SPRINGLS__CL_FIND(library, "stub_control");
+    if (!stub) printf("there is no %s\n", stub_path);
+    if (stub) stub->begin();
+    if (stub && (fault_create(stub_path, &log, &reliable) != SPRINGLS_OK || !springls_cl_exact(reliable))) stub = NULL;
+    RUN_SUITE(making);
+    RUN_SUITE(working);
+    springls_cl_destroy(reliable);
+    GREATEST_MAIN_END();
+}

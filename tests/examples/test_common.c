@@ -1,0 +1,672 @@
+/* The pieces that the example programs share: examples/common.
+ *
+ * They need libraries that springls.h does not (PNG, NIfTI, mesh import), so this file tests them only when it is
+ * compiled with -DTEST_EXAMPLES_COMMON together with all of examples/common; else it reports itself skipped. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_common_built_without_its_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_common_built_without_its_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#include "../../examples/common/base/bvh.h"
+#include "../../examples/common/base/cli.h"
+#include "../../examples/common/base/json.h"
+#include "../../examples/common/surface/mesh_io.h"
+#include "../../examples/common/surface/surface_distances.h"
+#include "../../examples/common/imaging/overlap.h"
+#include "../../examples/common/pictures/plot.h"
+#include "../../examples/common/base/progress.h"
+#include "../../examples/common/pictures/raycast.h"
+#include "../../examples/common/imaging/slices.h"
+#include "../../examples/common/imaging/volume.h"
+
+#include <dirent.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* assimp 5.2 loses memory of its own on some broken PLY files; LeakSanitizer asks this function what to pass over. */
+const char *__lsan_default_suppressions(void);
+const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
+
+static char folder[256]; /* scratch, made by main */
+static char path_buffer[512];
+
+static const char *scratch(const char *name)
+{
+    snprintf(path_buffer, sizeof path_buffer, "%s/%s", folder, name);
+    return path_buffer;
+}
+
+static float uniform(uint32_t *state) /* 0..1 */
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (float)(*state >> 8) / 16777216.0f;
+}
+
+static size_t read_text(const char *path, char *text, size_t size)
+{
+    FILE *file = fopen(path, "rb");
+    const size_t length = file ? fread(text, 1, size - 1, file) : 0;
+    text[length] = '\0';
+    if (file) { fclose(file); }
+    return length;
+}
+
+/* ---- command line ---- */
+
+struct parsed {
+    struct cli_common common;
+    double period;
+    float center[3];
+    float weight;
+    const char *input, *mode;
+    char error[512]; /* what went to stderr */
+};
+
+static int parse(struct parsed *p, int argc, const char *const *argv)
+{
+    memset(p, 0, sizeof *p);
+    p->common = cli_common_defaults();
+    p->period = 3.0;
+    p->mode = "slow";
+    const struct cli_option options[] = {
+        {"period", CLI_DOUBLE, &p->period, "T", "period", 0.5, 10.0, NULL},
+        {"center", CLI_FLOAT3, p->center, "X,Y,Z", "centre", 0.0, 0.0, NULL},
+        {"weight", CLI_FLOAT, &p->weight, NULL, "weight", 0.0, 0.0, NULL},
+        {"mode", CLI_CHOICE, &p->mode, NULL, "mode", 0.0, 0.0, "slow|fast"},
+    };
+    const struct cli_positional positionals[] = {{"INPUT", &p->input, "a file", true}};
+    const struct cli_program program = {"probe", "Tests.", &p->common, options, 4, positionals, 1, NULL, 0};
+    fflush(stderr);
+    fflush(stdout);
+    const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
+    const char *path = scratch("stderr");
+    if (!freopen(path, "w", stderr) || !freopen(scratch("stdout"), "w", stdout)) { return -99; }
+    const int status = cli_parse(&program, argc, (char **)(uintptr_t)argv);
+    fflush(stderr);
+    fflush(stdout);
+    dup2(keep_error, STDERR_FILENO);
+    dup2(keep_output, STDOUT_FILENO);
+    close(keep_error);
+    close(keep_output);
+    read_text(scratch("stderr"), p->error, sizeof p->error);
+    return status;
+}
+
+TEST cli_reads_every_type(void)
+{
+    struct parsed p;
+    const char *const argv[] = {"probe", "--period=2.5", "--center", "-1,0.5,2e1", "scan.nii", "--grid", "64", "--quiet",
+                                "--json", "-", "--mode", "fast", "--weight", "-.5", "--backend", "opencl", NULL};
+    ASSERT_EQ(CLI_CONTINUE, parse(&p, 16, argv));
+    ASSERT_STR_EQ("opencl", p.common.backend);
+    ASSERT_IN_RANGE(2.5, p.period, 0.0);
+    ASSERT_IN_RANGE(-1.0f, p.center[0], 0.0f);
+    ASSERT_IN_RANGE(20.0f, p.center[2], 0.0f);
+    ASSERT_IN_RANGE(-0.5f, p.weight, 0.0f);
+    ASSERT_EQ(64, p.common.grid);
+    ASSERT(p.common.quiet);
+    ASSERT_STR_EQ("-", p.common.json);
+    ASSERT_STR_EQ("fast", p.mode);
+    ASSERT_STR_EQ("scan.nii", p.input);
+    PASS();
+}
+
+TEST cli_refuses_in_one_line_with_status_2(void)
+{
+    static const char *const bad[][3] = {
+        {"--period", "fast", "x"}, {"--period", "nan", "x"},   {"--period", "1e999", "x"}, {"--period", "0x10", "x"},
+        {"--period", "11", "x"},   {"--period", "", "x"},      {"--period", "2 ", "x"},    {"--grid", "12.5", "x"},
+        {"--grid", "-1", "x"},     {"--grid", "99999999999999999999", "x"},                {"--threads", "-1", "x"},
+        {"--center", "1,2", "x"},  {"--center", "1,2,3,4", "x"}, {"--center", "1,,3", "x"}, {"--mode", "slo", "x"},
+        {"--mode", "slow|fast", "x"}, {"--params", "", "x"},   {"--nothing", "1", "x"},    {"--quiet=1", "x", NULL},
+        {"-q", "x", NULL},         {"x", "y", NULL},           {"x", "--json", NULL},      {"--quiet", NULL, NULL},
+        {"--weight", "1e300", "x"}, {"--backend", "gpu", "x"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        struct parsed p;
+        const char *argv[5] = {"probe", bad[i][0], bad[i][1], bad[i][2], NULL};
+        int argc = 1;
+        while (argv[argc]) { ++argc; }
+        ASSERT_EQm(bad[i][0], CLI_EXIT_USAGE, parse(&p, argc, argv));
+        const char *end = strchr(p.error, '\n');
+        ASSERTm(bad[i][0], strncmp(p.error, "probe: ", 7) == 0 && end && end[1] == '\0');
+    }
+    PASS();
+}
+
+TEST cli_help_ends_well_and_names_defaults(void)
+{
+    struct parsed p;
+    char text[4096];
+    const char *const argv[] = {"probe", "--period", "bad", "--help", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, parse(&p, 4, argv));
+    ASSERT_STR_EQ("", p.error);
+    read_text(scratch("stdout"), text, sizeof text);
+    ASSERT(strstr(text, "usage: probe [options] INPUT") && strstr(text, "--params paper|default") && strstr(text, "[3]"));
+    ASSERT(strstr(text, "--backend scalar|opencl"));
+    ASSERT_STR_EQ("scalar", p.common.backend);
+    PASS();
+}
+
+/* ---- JSON, progress ---- */
+
+TEST json_is_exact_and_always_valid(void)
+{
+    struct json_writer json;
+    char text[1024];
+    const double numbers[] = {1.0, 0.1, -2.5e-20};
+    ASSERT(json_open(&json, scratch("a.json")));
+    json_object_begin(&json, NULL);
+    json_string(&json, "name", "a\"b\\c\n\x01\xff\xc3\xa9");
+    json_number(&json, "nan", NAN);
+    json_number(&json, "third", 1.0 / 3.0);
+    json_integer(&json, "big", INT64_MIN);
+    json_bool(&json, "yes", true);
+    json_numbers(&json, "list", numbers, 3);
+    json_object_begin(&json, "empty");
+    json_object_end(&json);
+    json_ready(&json, "ready", "[1, {}]\n");
+    json_ready(&json, "none", NULL);
+    ASSERT(json_close(&json));
+    read_text(scratch("a.json"), text, sizeof text);
+    ASSERT_STR_EQ("{\n  \"name\": \"a\\\"b\\\\c\\n\\u0001\\ufffd\xc3\xa9\",\n  \"nan\": null,\n  \"third\": 0.333333333,\n"
+                  "  \"big\": -9223372036854775808,\n  \"yes\": true,\n  \"list\": [1, 0.1, -2.5e-20],\n  \"empty\": {},\n"
+                  "  \"ready\": [1, {}],\n  \"none\": null\n}\n",
+                  text);
+    ASSERT_FALSE(json_open(&json, "/nonexistent/folder/x.json"));
+    PASS();
+}
+
+TEST json_tells_misuse(void)
+{
+    struct json_writer json;
+    ASSERT(json_open(&json, scratch("b.json")));
+    json_object_begin(&json, NULL);
+    json_number(&json, NULL, 1.0); /* no key */
+    ASSERT_FALSE(json_close(&json));
+    PASS();
+}
+
+TEST clock_and_memory_are_plausible(void)
+{
+    const double before = elapsed_seconds();
+    ASSERT(elapsed_seconds() >= before);
+    ASSERT(peak_rss_mib() > 0.5 && peak_rss_mib() < 1e6);
+    PASS();
+}
+
+/* ---- pictures ---- */
+
+TEST drawing_is_clipped_and_png_is_written(void)
+{
+    struct image image;
+    char text[64];
+    ASSERT(image_create(&image, 40, 30, color_rgb(1.0f, 1.0f, 1.0f)));
+    image_line(&image, -1e6f, -1e6f, 1e6f, 1e6f, 3.0f, color_rgb(0.0f, 0.0f, 0.0f));
+    image_disc(&image, NAN, 5.0f, 4.0f, color_rgb(0.0f, 0.0f, 0.0f));
+    image_rect(&image, -1e30f, 3.0f, 1e30f, 4.0f, color_rgb(1.0f, 0.0f, 0.0f), 1.0f);
+    image_text(&image, -500.0f, 20.0f, 30.0f, 0.0f, color_rgb(0.0f, 0.0f, 0.0f), "clipped \xff text");
+    const float *p = image.rgb + 3 * (3 * 40 + 39);
+    ASSERT_IN_RANGE(1.0f, p[0], 1e-6f);
+    ASSERT_IN_RANGE(0.0f, p[1], 1e-6f);
+    ASSERT(image_write_png(&image, scratch("a.png")));
+    ASSERT(read_text(scratch("a.png"), text, sizeof text) > 20);
+    ASSERT_MEM_EQ("\x89PNG", text, 4);
+    ASSERT_FALSE(image_write_png(&image, "/nonexistent/folder/x.png"));
+    image_free(&image);
+    ASSERT_FALSE(image_create(&image, 0, 10, color_rgb(0.0f, 0.0f, 0.0f)));
+    PASS();
+}
+
+TEST color_maps_rise_in_lightness(void)
+{
+    float last = -1.0f;
+    for (int i = 0; i <= 50; ++i) {
+        const struct color c = colormap_sequential((float)i / 50.0f);
+        const float lightness = 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
+        ASSERT(lightness > last);
+        last = lightness;
+    }
+    PASS();
+}
+
+/* Lines fill all four corners: the picture grows upwards, and every column still shows the upper line. */
+TEST legends_hide_no_line(void)
+{
+    const double x[2] = {0.0, 1.0}, low[2] = {0.05, 0.05}, high[2] = {0.95, 0.95};
+    const struct plot_series series[] = {{"high", x, high, 2, 0, false, false}, {"low", x, low, 2, 1, false, false}};
+    const struct plot plot = {NULL, NULL, NULL, false, false, false, series, 2};
+    const struct color line = color_category(0);
+    struct image image;
+    ASSERT(plot_render(&plot, 400, 300, &image));
+    for (int column = 100; column < 360; ++column) { /* well inside the axes */
+        bool seen = false;
+        for (int row = 0; row < image.height; ++row) {
+            const float *rgb = image.rgb + 3 * (row * image.width + column);
+            seen = seen || fabsf(rgb[0] - line.r) + fabsf(rgb[1] - line.g) + fabsf(rgb[2] - line.b) < 0.02f;
+        }
+        ASSERT(seen);
+    }
+    image_free(&image);
+    PASS();
+}
+
+TEST plots_survive_awkward_data(void)
+{
+    const double x[4] = {0.0, 1.0, NAN, 3.0}, zero[4] = {0.0, 0.0, 0.0, 0.0}, big[4] = {1e-300, 1e300, INFINITY, 1.0};
+    const struct plot_series series[] = {{"flat", x, zero, 4, 0, true, false}, {"huge", x, big, 4, 1, false, false}};
+    struct plot plot = {"t", "x", "y", false, false, true, series, 1};
+    struct image image;
+    ASSERT(plot_render(&plot, 300, 200, &image)); /* one value only */
+    image_free(&image);
+    plot.log_y = true;
+    ASSERT_FALSE(plot_render(&plot, 300, 200, &image)); /* nothing positive */
+    plot.series = series + 1;
+    ASSERT(plot_render(&plot, 300, 200, &image)); /* 600 decades */
+    image_free(&image);
+    const double none[4] = {NAN, INFINITY, -INFINITY, NAN};
+    struct heat_map map = {"t", "r", "c", "v", 2, 2, NULL, NULL, zero, NULL, NULL, true};
+    ASSERT(heat_map_render(&map, 30, &image));
+    image_free(&image);
+    map.values = none;
+    ASSERT_FALSE(heat_map_render(&map, 30, &image));
+    PASS();
+}
+
+/* ---- triangles ---- */
+
+/* A sphere as latitude-longitude mesh; the caller frees both arrays. */
+static void make_sphere(float radius, int n, float **positions, uint32_t **indices, size_t *vertices, size_t *triangles)
+{
+    const int rings = n + 1, columns = 2 * n;
+    *vertices = (size_t)(rings * columns);
+    *triangles = (size_t)(2 * n * columns);
+    *positions = malloc(*vertices * 3 * sizeof(float));
+    *indices = malloc(*triangles * 3 * sizeof(uint32_t));
+    uint32_t *out = *indices;
+    for (int r = 0; r < rings; ++r) {
+        for (int c = 0; c < columns; ++c) {
+            const float a = 3.14159265f * (float)r / (float)n, b = 6.2831853f * (float)c / (float)columns;
+            float *p = *positions + 3 * (r * columns + c);
+            p[0] = radius * sinf(a) * cosf(b);
+            p[1] = radius * sinf(a) * sinf(b);
+            p[2] = radius * cosf(a);
+            if (r < n) {
+                const uint32_t i = (uint32_t)(r * columns + c), j = (uint32_t)(r * columns + (c + 1) % columns);
+                const uint32_t k = i + (uint32_t)columns, l = j + (uint32_t)columns;
+                const uint32_t quad[6] = {i, k, j, j, k, l};
+                memcpy(out, quad, sizeof quad);
+                out += 6;
+            }
+        }
+    }
+}
+
+TEST hierarchy_agrees_with_trying_every_triangle(void)
+{
+    enum { COUNT = 300 };
+    float soup[9 * COUNT];
+    struct bvh all, one;
+    uint32_t state = 7;
+    for (int i = 0; i < 9 * COUNT; ++i) {
+        soup[i] = uniform(&state) * 0.3f + (float)(i / 9 % 5) * 0.2f;
+    }
+    memcpy(soup + 9, soup, 9 * sizeof *soup); /* a double, */
+    memcpy(soup + 21, soup + 18, 3 * sizeof *soup); /* one without area */
+    soup[30] = NAN;                                 /* and one to be left out */
+    ASSERT(bvh_build(&all, soup, NULL, COUNT));
+    ASSERT_EQ(COUNT - 1u, all.triangle_count);
+    for (int q = 0; q < 200; ++q) {
+        float p[3], d[3], nearest = INFINITY, first = INFINITY, closest[3];
+        struct bvh_hit hit = {INFINITY, 0.0f, 0.0f, 0};
+        for (int i = 0; i < 3; ++i) {
+            p[i] = uniform(&state) * 2.0f - 0.5f;
+            d[i] = q % 4 == i ? 0.0f : uniform(&state) - 0.5f;
+        }
+        for (int t = 0; t < COUNT; ++t) {
+            if (t != 3 && bvh_build(&one, soup + 9 * t, NULL, 1)) {
+                struct bvh_hit single;
+                nearest = fminf(nearest, bvh_distance(&one, p, NULL, NULL));
+                if (bvh_nearest_hit(&one, p, d, 0.0f, INFINITY, &single)) { first = fminf(first, single.t); }
+                bvh_free(&one);
+            }
+        }
+        const float distance = bvh_distance(&all, p, closest, NULL);
+        ASSERT_IN_RANGE(nearest, distance, 0.0f);
+        ASSERT_IN_RANGE(distance, hypotf(hypotf(closest[0] - p[0], closest[1] - p[1]), closest[2] - p[2]), 1e-5f);
+        ASSERT_EQ(isfinite(first) != 0, bvh_nearest_hit(&all, p, d, 0.0f, INFINITY, &hit));
+        ASSERT(hit.t == first);
+        ASSERT_EQ(isfinite(first) != 0, bvh_any_hit(&all, p, d, 0.0f, INFINITY));
+    }
+    bvh_free(&all);
+    ASSERT_FALSE(bvh_build(&all, soup + 27, NULL, 1));
+    PASS();
+}
+
+TEST hierarchy_of_identical_triangles_stays_shallow(void)
+{
+    enum { COUNT = 5000 };
+    float *soup = malloc(9 * COUNT * sizeof *soup);
+    struct bvh bvh;
+    for (int i = 0; i < 9 * COUNT; ++i) {
+        soup[i] = (float)(i % 9 % 4);
+    }
+    const float p[3] = {5.0f, 5.0f, 5.0f};
+    ASSERT(bvh_build(&bvh, soup, NULL, COUNT));
+    ASSERT(bvh_distance(&bvh, p, NULL, NULL) > 0.0f);
+    bvh_free(&bvh);
+    free(soup);
+    PASS();
+}
+
+TEST pictures_of_a_sphere(void)
+{
+    struct raycast_scene scene;
+    struct image image, again;
+    float *positions;
+    uint32_t *indices;
+    const float direction[3] = {0.3f, 0.4f, 1.0f}, up[3] = {0.0f, 0.0f, 1.0f};
+    memset(&scene, 0, sizeof scene);
+    make_sphere(2.0f, 24, &positions, &indices, &scene.vertex_count, &scene.triangle_count);
+    scene.positions = positions;
+    scene.indices = indices;
+    scene.vertex_originals = positions;
+    scene.camera = raycast_frame_points(positions, scene.vertex_count, direction, up, 30.0f, 1.0f);
+    for (int style = RAYCAST_SMOOTH; style <= RAYCAST_SPRINGL; ++style) {
+        scene.style = (enum raycast_style)style;
+        scene.particles = positions;
+        scene.particle_count = style == RAYCAST_SPRINGL ? scene.vertex_count : 0;
+        ASSERT(raycast_render(&scene, 64, 64, &image));
+        ASSERT(raycast_render(&scene, 64, 64, &again));
+        ASSERT_MEM_EQ(image.rgb, again.rgb, 3 * 64 * 64 * sizeof(float));
+        int covered = 0;
+        for (int i = 0; i < 64 * 64; ++i) {
+            covered += fabsf(image.rgb[3 * i] - image.rgb[3 * i + 1]) > 0.03f; /* the pattern is coloured, the ground is not */
+        }
+        ASSERT(covered > 1600 && covered < 3400);
+        image_free(&image);
+        image_free(&again);
+    }
+    indices[5] = 1000000;
+    ASSERT_FALSE(raycast_render(&scene, 16, 16, &image));
+    image_free(&image);
+    free(positions);
+    free(indices);
+    PASS();
+}
+
+TEST concentric_spheres_are_their_gap_apart(void)
+{
+    struct surface a, b;
+    struct surface_distances d;
+    float *pa, *pb;
+    uint32_t *ia, *ib;
+    size_t vertices;
+    make_sphere(10.0f, 60, &pa, &ia, &vertices, &a.triangle_count);
+    make_sphere(12.0f, 60, &pb, &ib, &vertices, &b.triangle_count);
+    a.positions = pa;
+    a.indices = ia;
+    b.positions = pb;
+    b.indices = ib;
+    ASSERT(surface_distances_measure(&a, &b, 5000, 1.9, &d));
+    ASSERT_IN_RANGE(2.0, d.assd, 0.02);
+    ASSERT_IN_RANGE(2.0, d.hd95, 0.03);
+    ASSERT_IN_RANGE(2.0, d.max, 0.03);
+    ASSERT_IN_RANGE(0.0, d.surface_dice, 0.0);
+    ASSERT_IN_RANGE(4.0 * 3.14159 * 100.0, d.area_a, 5.0);
+    ASSERT(surface_distances_measure(&a, &a, 1000, 0.001, &d));
+    ASSERT_IN_RANGE(0.0, d.max, 1e-5);
+    ASSERT_IN_RANGE(1.0, d.surface_dice, 1e-9);
+    a.triangle_count = 0;
+    ASSERT_FALSE(surface_distances_measure(&a, &b, 100, 1.0, &d));
+    free(pa);
+    free(ia);
+    free(pb);
+    free(ib);
+    PASS();
+}
+
+TEST overlap_by_hand(void)
+{
+    const float a[6] = {0, 1, 1, 2, 2, 0}, b[6] = {0, 1, 2, 2, 0, 0};
+    const struct overlap two = overlap_labels(a, b, 6, 2.0f), any = overlap_labels(a, b, 6, -1.0f);
+    const struct overlap none = overlap_labels(a, b, 6, 9.0f);
+    ASSERT_IN_RANGE(0.5, two.dice, 1e-12);
+    ASSERT_IN_RANGE(1.0 / 3.0, two.jaccard, 1e-12);
+    ASSERT_IN_RANGE(6.0 / 7.0, any.dice, 1e-12);
+    ASSERT_IN_RANGE(1.0, none.dice, 0.0);
+    PASS();
+}
+
+TEST ply_comes_back_welded(void)
+{
+    struct mesh mesh;
+    char error[MESH_TEXT];
+    const float soup[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}; /* a square of two loose triangles */
+    const struct mesh_ply ply = {soup, 6, NULL, 2, soup, soup, soup, "two triangles"};
+    ASSERT(mesh_write_ply(scratch("a.ply"), &ply, error));
+    ASSERTm(error, mesh_read(scratch("a.ply"), &mesh, error));
+    ASSERT_EQ(4u, mesh.vertex_count);
+    ASSERT_EQ(2u, mesh.triangle_count);
+    mesh_free(&mesh);
+    ASSERT_FALSE(mesh_read("/nonexistent.ply", &mesh, error));
+    ASSERT(error[0] && !strchr(error, '\n'));
+    ASSERT_FALSE(mesh_write_ply("/nonexistent/a.ply", &ply, error));
+    PASS();
+}
+
+/* ---- volumes ---- */
+
+TEST volume_comes_back_in_its_geometry(void)
+{
+    const int dims[3] = {5, 4, 3};
+    const float spacing[3] = {1.0f, 2.0f, 3.5f}, origin[3] = {-7.0f, 8.0f, 9.0f};
+    static const char *const names[] = {"v.nii", "v.nii.gz"};
+    struct volume made, back, again;
+    char error[VOLUME_TEXT];
+    ASSERT(volume_create(dims, spacing, origin, &made));
+    for (int i = 0; i < 60; ++i) {
+        made.data[i] = (float)i * 0.5f;
+    }
+    for (int n = 0; n < 2; ++n) {
+        char path[sizeof path_buffer];
+        strcpy(path, scratch(names[n]));
+        ASSERTm(error, volume_write(path, &made, VOLUME_FLOAT32, made.data, error));
+        ASSERTm(error, volume_read(path, 0, &back, error));
+        ASSERT(volume_same_grid(&made, &back));
+        ASSERT_MEM_EQ(made.data, back.data, 60 * sizeof(float));
+        const short labels[60] = {1, -2, 300};
+        ASSERTm(error, volume_write(path, &back, VOLUME_INT16, labels, error));
+        ASSERTm(error, volume_read(path, 0, &again, error));
+        ASSERT(volume_same_grid(&made, &again));
+        ASSERT_IN_RANGE(300.0f, again.data[2], 0.0f);
+        volume_free(&again);
+        ASSERT_FALSE(volume_read(path, 1, &again, error));
+        volume_free(&back);
+    }
+    const float index[3] = {1.0f, 2.0f, 0.5f};
+    float world[3], round_trip[3];
+    volume_index_to_world(&made, index, world);
+    volume_world_to_index(&made, world, round_trip);
+    ASSERT_IN_RANGE(-6.0f, world[0], 1e-6f);
+    ASSERT_IN_RANGE(12.0f, world[1], 1e-6f);
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_IN_RANGE(index[i], round_trip[i], 1e-6f);
+    }
+    volume_free(&made);
+    PASS();
+}
+
+/* Every cut of a good file, plain and compressed, is refused (or, where only padding went, read). */
+TEST cut_volumes_are_refused(void)
+{
+    const int dims[3] = {6, 5, 4};
+    const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    static const char *const names[] = {"c.nii", "c.nii.gz"};
+    struct volume made, back;
+    char error[VOLUME_TEXT], text[4096];
+    ASSERT(volume_create(dims, spacing, origin, &made));
+    for (int n = 0; n < 2; ++n) {
+        char path[sizeof path_buffer];
+        strcpy(path, scratch(names[n]));
+        ASSERT(volume_write(path, &made, VOLUME_FLOAT32, made.data, error));
+        const size_t size = read_text(path, text, sizeof text);
+        for (size_t cut = 0; cut < size; cut += 3) {
+            FILE *file = fopen(path, "wb");
+            ASSERT(file);
+            fwrite(text, 1, cut, file);
+            fclose(file);
+            ASSERT_FALSE(volume_read(path, 0, &back, error));
+            ASSERT(error[0] && !strchr(error, '\n'));
+        }
+    }
+    volume_free(&made);
+    PASS();
+}
+
+TEST contours_are_drawn_where_they_are(void)
+{
+    const int dims[3] = {20, 20, 20};
+    const float spacing[3] = {1.0f, 1.0f, 2.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    struct volume volume;
+    struct image image;
+    ASSERT(volume_create(dims, spacing, origin, &volume));
+    for (int i = 0; i < 8000; ++i) {
+        const float x = (float)(i % 20) - 9.5f, y = (float)(i / 20 % 20) - 9.5f, z = 2.0f * ((float)(i / 400) - 9.5f);
+        volume.data[i] = sqrtf(x * x + y * y + z * z) - 6.0f;
+    }
+    const struct slices_contour contour = {volume.data, 0.0f, 0.0f, false, 2.0f, {1.0f, 0.0f, 0.0f}, "sphere"};
+    const struct slices_view view = {&volume, &contour, 1, {-1, -1, -1}, 0.0f, 0.0f, 200, "a sphere"};
+    ASSERT(slices_render(&view, &image));
+    int red = 0;
+    for (int i = 0; i < image.width * image.height; ++i) {
+        red += image.rgb[3 * i] > 0.8f && image.rgb[3 * i + 1] < 0.2f;
+    }
+    /* three circles of radius 6 mm at 5 pixels a millimetre, two pixels wide; and the legend */
+    ASSERT_IN_RANGE(3.0f * 6.2832f * 30.0f * 2.0f, (float)red, 300.0f);
+    image_free(&image);
+    volume_free(&volume);
+    PASS();
+}
+
+/* ---- the collection of bad files ---- */
+
+/* Reads every file of a folder; counts those read and those refused. False: no folder, or an error text is not one line. */
+static bool read_folder(const char *root, const char *name, bool volumes, int *good, int *bad)
+{
+    char path[1024], error[512]; /* room for VOLUME_TEXT and MESH_TEXT */
+    snprintf(path, sizeof path, "%s/%s", root, name);
+    DIR *listing = opendir(path);
+    bool fine = listing != NULL;
+    for (struct dirent *entry; listing && (entry = readdir(listing)) != NULL;) {
+        const char *dot = strrchr(entry->d_name, '.');
+        bool success;
+        if (entry->d_name[0] == '.' || !dot || (volumes && !strstr(entry->d_name, ".nii") && !strstr(entry->d_name, ".hdr"))) {
+            continue;
+        }
+        snprintf(path, sizeof path, "%s/%s/%s", root, name, entry->d_name);
+        if (volumes) {
+            struct volume volume;
+            success = volume_read(path, 0, &volume, error);
+            volume_free(&volume);
+        } else {
+            struct mesh mesh;
+            success = mesh_read(path, &mesh, error);
+            mesh_free(&mesh);
+        }
+        *good += success;
+        *bad += !success;
+        fine = fine && (success || (error[0] && !strchr(error, '\n')));
+    }
+    if (listing) { closedir(listing); }
+    return fine;
+}
+
+TEST bad_files_end_in_one_line(void)
+{
+    const char *data = getenv("SPRINGLS_DATA");
+    char path[1024];
+    char error[VOLUME_TEXT];
+    struct volume little, big;
+    int good = 0, bad = 0;
+    if (!data) { SKIP(); }
+    ASSERT(read_folder(data, "bad/volumes_generated", true, &good, &bad));
+    ASSERT(good >= 15 && bad >= 15);
+    ASSERT(read_folder(data, "bad/nibabel", true, &good, &bad));
+    ASSERT(read_folder(data, "bad/trimesh", false, &good, &bad));
+    ASSERT(read_folder(data, "bad/libigl", false, &good, &bad));
+    ASSERT(read_folder(data, "bad/meshes_generated", false, &good, &bad));
+    ASSERT(read_folder(data, "bad/assimp", false, &good, &bad));
+    ASSERT(read_folder(data, "bad", false, &good, &bad));
+    snprintf(path, sizeof path, "%s/bad/volumes_generated/ok_int16.nii", data);
+    ASSERTm(error, volume_read(path, 0, &little, error));
+    snprintf(path, sizeof path, "%s/bad/volumes_generated/ok_big_endian.nii", data);
+    ASSERTm(error, volume_read(path, 0, &big, error));
+    ASSERT(volume_same_grid(&little, &big));
+    ASSERT_MEM_EQ(little.data, big.data, volume_voxels(&little) * sizeof(float));
+    volume_free(&little);
+    volume_free(&big);
+    PASS();
+}
+
+static void remove_scratch(void)
+{
+    static const char *const names[] = {"stderr", "stdout", "a.json", "b.json", "a.png", "a.ply",
+                                        "v.nii",  "v.nii.gz", "c.nii",  "c.nii.gz"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
+        remove(scratch(names[i]));
+    }
+    rmdir(folder);
+}
+
+int main(int argc, char **argv)
+{
+    const char *temporary = getenv("TMPDIR");
+    GREATEST_MAIN_BEGIN();
+    snprintf(folder, sizeof folder, "%s/springls_test_XXXXXX", temporary && *temporary ? temporary : "/tmp");
+    if (!mkdtemp(folder)) {
+        perror(folder);
+        return 1;
+    }
+    RUN_TEST(cli_reads_every_type);
+    RUN_TEST(cli_refuses_in_one_line_with_status_2);
+    RUN_TEST(cli_help_ends_well_and_names_defaults);
+    RUN_TEST(json_is_exact_and_always_valid);
+    RUN_TEST(json_tells_misuse);
+    RUN_TEST(clock_and_memory_are_plausible);
+    RUN_TEST(drawing_is_clipped_and_png_is_written);
+    RUN_TEST(color_maps_rise_in_lightness);
+    RUN_TEST(legends_hide_no_line);
+    RUN_TEST(plots_survive_awkward_data);
+    RUN_TEST(hierarchy_agrees_with_trying_every_triangle);
+    RUN_TEST(hierarchy_of_identical_triangles_stays_shallow);
+    RUN_TEST(pictures_of_a_sphere);
+    RUN_TEST(concentric_spheres_are_their_gap_apart);
+    RUN_TEST(overlap_by_hand);
+    RUN_TEST(ply_comes_back_welded);
+    RUN_TEST(volume_comes_back_in_its_geometry);
+    RUN_TEST(cut_volumes_are_refused);
+    RUN_TEST(contours_are_drawn_where_they_are);
+    RUN_TEST(bad_files_end_in_one_line);
+    remove_scratch();
+    GREATEST_MAIN_END();
+}
+
+#endif

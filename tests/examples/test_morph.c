@@ -1,0 +1,711 @@
+/* examples/morph.c and what it stands on: skinning against matrices made by hand, skeletons brought together, heat weights on a
+ * tube, glTF files read back, meshes that cut themselves, malformed files, and the program from the command line to its report.
+ * Compiled like test_common.c, else skipped. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_morph_built_without_its_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_morph_built_without_its_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+/* The program, whose inner functions are called here. */
+#define main morph_main
+#include "../../examples/morph/morph.c"
+#undef main
+#include "../../examples/morph/run.c"
+#include "../../examples/morph/gltf.c"
+#include "../../examples/morph/output.c"
+#include "../../examples/morph/rig.c"
+#include "../../examples/morph/solid.c"
+
+#include "../../examples/morph/apng.c"
+
+#include <assimp/cimport.h>
+#include <assimp/scene.h>
+#include <cjson/cJSON.h>
+#include <dirent.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer asks this function what to pass over. */
+const char *__lsan_default_suppressions(void);
+const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
+
+static char folder[256]; /* scratch, made by main */
+
+static const char *scratch(const char *name)
+{
+    static char paths[8][512];
+    static int next;
+    char *path = paths[next++ % 8];
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+#define ASSERT_NEAR(expected, got, tolerance) ASSERT_IN_RANGE((double)(expected), (double)(got), (double)(tolerance))
+
+static char *whole_file(const char *path, size_t *length)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = calloc(1, 1 << 24);
+    *length = file ? fread(text, 1, (1 << 24) - 1, file) : 0;
+    if (file) fclose(file);
+    return text;
+}
+
+/* ---- a character made by hand: a bone at the origin, a second one above it that turns by a right angle ---- */
+
+static float hand_positions[] = {0, 2, 0, 0, 2, 0, 0.5f, 1, 0};
+static struct influences hand_influences[3];
+static int hand_triangle[] = {0, 1, 2}, hand_image[] = {-1};
+static float hand_uvs[6], hand_colors[9];
+static double hand_times[] = {0.0, 1.0}, hand_turns[] = {1, 0, 0, 0, 0.70710678118654752, 0, 0, 0.70710678118654752};
+static struct joint hand_joints[2];
+static struct channel hand_channel;
+static struct animation hand_animation;
+
+static struct character by_hand(void)
+{
+    struct character c;
+    memset(&c, 0, sizeof c);
+    memset(hand_joints, 0, sizeof hand_joints);
+    memset(hand_influences, 0, sizeof hand_influences);
+    for (int j = 0; j < 2; ++j) {
+        snprintf(hand_joints[j].name, sizeof hand_joints[j].name, j ? "Upper.Bone" : "root");
+        hand_joints[j].parent = j - 1;
+        hand_joints[j].rest = placement_identity();
+        hand_joints[j].rest.translation[1] = j;
+        hand_joints[j].neutral = affine_identity();
+        hand_joints[j].neutral.m[7] = j;
+        hand_joints[j].bone = true;
+    }
+    influences_add(&hand_influences[0], 1, 1.0f);
+    influences_add(&hand_influences[1], 0, 0.5f);
+    influences_add(&hand_influences[1], 1, 0.5f);
+    influences_add(&hand_influences[2], 0, 1.0f);
+    hand_channel.joint = 1;
+    hand_channel.rotation.count = 2;
+    hand_channel.rotation.times = hand_times;
+    hand_channel.rotation.values = hand_turns;
+    hand_animation.duration = 2.0;
+    hand_animation.channel_count = 1;
+    hand_animation.channels = &hand_channel;
+    snprintf(hand_animation.name, sizeof hand_animation.name, "bow");
+    c.joints = hand_joints, c.joint_count = 2;
+    c.positions = hand_positions, c.influences = hand_influences, c.uvs = hand_uvs, c.colors = hand_colors, c.vertex_count = 3;
+    c.triangles = hand_triangle, c.images_of = hand_image, c.triangle_count = 1;
+    c.animations = &hand_animation, c.animation_count = 1;
+    c.skinned = true;
+    return c;
+}
+
+TEST placements_and_matrices_are_each_others_inverse(void)
+{
+    struct placement p = {{1, -2, 3}, {0.5, -0.5, 0.5, 0.5}, {2, 0.5, 3}}, half;
+    const struct affine a = placement_matrix(&p), back = affine_inverse(&a), one = affine_after(&a, &back);
+    const struct placement again = placement_of(&a);
+    for (int i = 0; i < 12; ++i) ASSERT_NEAR(affine_identity().m[i], one.m[i], 1e-12);
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_NEAR(p.translation[i], again.translation[i], 1e-12);
+        ASSERT_NEAR(p.scale[i], again.scale[i], 1e-12);
+    }
+    for (int i = 0; i < 4; ++i) ASSERT_NEAR(p.rotation[i], again.rotation[i], 1e-12);
+    ASSERT_NEAR(3.0, affine_determinant(&a), 1e-12);
+    const double still[4] = {1, 0, 0, 0}, quarter[4] = {0.70710678118654752, 0, 0, -0.70710678118654752};
+    quaternion_slerp(still, quarter, 0.5, half.rotation);
+    ASSERT_NEAR(cos(3.14159265358979 / 8), half.rotation[0], 1e-9);
+    ASSERT_NEAR(-sin(3.14159265358979 / 8), half.rotation[3], 1e-9);
+    PASS();
+}
+
+TEST skinning_is_the_weighted_sum_of_matrices(void)
+{
+    const struct character c = by_hand();
+    struct affine skin[2], places[2];
+    float posed[9];
+    character_pose(&c, 0, 1.0, 1.0, skin, places); /* the upper bone lies along -x now */
+    character_skin(&c, skin, posed);
+    const float expected[9] = {-1, 1, 0, -0.5f, 1.5f, 0, 0.5f, 1, 0};
+    for (int i = 0; i < 9; ++i) ASSERT_NEAR(expected[i], posed[i], 1e-6);
+    ASSERT_NEAR(1.0, places[1].m[7], 1e-12);
+    character_pose(&c, 0, 0.5, 1.0, skin, places); /* half way between two keys: an eighth of a turn */
+    character_skin(&c, skin, posed);
+    ASSERT_NEAR(-0.70710678, posed[0], 1e-6);
+    ASSERT_NEAR(1.70710678, posed[1], 1e-6);
+    character_pose(&c, 0, 1.0, 0.5, skin, places); /* half way from the neutral pose: the same */
+    character_skin(&c, skin, posed);
+    ASSERT_NEAR(-0.70710678, posed[0], 1e-6);
+    character_pose(&c, -1, 1.0, 1.0, skin, places);
+    character_skin(&c, skin, posed);
+    for (int i = 0; i < 9; ++i) ASSERT_NEAR(hand_positions[i], posed[i], 1e-6);
+    PASS();
+}
+
+/* The force that springls get takes a point from one pose to the next exactly as skinning from the neutral pose would. */
+TEST the_affine_force_goes_from_pose_to_pose(void)
+{
+    const struct character c = by_hand();
+    struct affine before[2], after[2], places[2];
+    character_pose(&c, 0, 0.3, 1.0, before, places);
+    character_pose(&c, 0, 0.9, 1.0, after, places);
+    struct skinning s = {NULL, before, after};
+    const struct affine from = influences_blend(&hand_influences[1], before), to = influences_blend(&hand_influences[1], after);
+    const struct affine m = motion(&s, &hand_influences[1]);
+    const springls_grid_desc grid = {.size = {32, 32, 32}, .spacing = {0.25, 0.25, 0.25}, .origin = {-3, -1, 2}};
+    const float x[3] = {0.1f, 1.7f, 0.4f};
+    float start[3], end[3], voxel[3], out[12];
+    affine_apply(&from, x, start);
+    affine_apply(&to, x, end);
+    to_velocity(&grid, &m, out);
+    to_voxel(&grid, start, voxel);
+    for (int i = 0; i < 3; ++i) {
+        const float moved =
+            voxel[i] + out[4 * i] * voxel[0] + out[4 * i + 1] * voxel[1] + out[4 * i + 2] * voxel[2] + out[4 * i + 3];
+        ASSERT_NEAR(((double)end[i] - grid.origin[i]) / grid.spacing[i], moved, 1e-4);
+    }
+    PASS();
+}
+
+TEST weights_sum_to_one(void)
+{
+    char error[CHARACTER_TEXT];
+    struct influences in;
+    memset(&in, 0, sizeof in);
+    for (int j = 0; j < 20; ++j)
+        influences_add(&in, j, 0.1f + 0.01f * (float)j); /* more bones than there is room for: the heaviest stay */
+    for (int k = 0; k < CHARACTER_BONES; ++k) ASSERT(in.joint[k] >= 20 - CHARACTER_BONES);
+    influences_normalize(&in, 0);
+    float sum = 0.0f;
+    for (int k = 0; k < CHARACTER_BONES; ++k) sum += in.weight[k];
+    ASSERT_NEAR(1.0, sum, 1e-6);
+    memset(&in, 0, sizeof in);
+    ASSERT_EQ(0.0f, influences_normalize(&in, 3));
+    ASSERT_EQ(3, in.joint[0]);
+    for (int number = 0; number < 2; ++number) {
+        struct character c;
+        struct places places;
+        ASSERT(character_build(number, &c, error));
+        ASSERT(places_create(&c, &places));
+        for (int v = 0; v < c.vertex_count; v += 7) {
+            struct place place;
+            const float distance = places_find(&places, c.positions + 3 * v, &place);
+            const struct influences at = place_influences(&c, &place);
+            sum = 0.0f;
+            for (int k = 0; k < CHARACTER_BONES; ++k) sum += at.weight[k];
+            ASSERT_NEAR(0.0, distance, 1e-5);
+            ASSERT_NEAR(1.0, sum, 1e-5);
+        }
+        places_free(&places);
+        character_free(&c);
+    }
+    PASS();
+}
+
+/* ---- skeletons ---- */
+
+TEST alignment_makes_joints_coincide(void)
+{
+    struct character source, target;
+    char error[CHARACTER_TEXT];
+    int map[64];
+    const char *how;
+    struct affine bones[64];
+    ASSERT(character_build(0, &source, error) && character_build(1, &target, error));
+    ASSERT_EQ(15, skeleton_map(&source, &target, NULL, map, &how, error));
+    ASSERT_STR_EQ("names", how);
+    skeleton_fit_bones(&source, &target, map, bones);
+    for (int i = 0; i < source.joint_count; ++i) {
+        float from[3], to[3], moved[3];
+        joint_place(&source.joints[i], from);
+        joint_place(&target.joints[map[i]], to);
+        affine_apply(&bones[i], from, moved);
+        for (int k = 0; k < 3; ++k) ASSERT_NEAR(to[k], moved[k], 1e-5);
+        if (strcmp(source.joints[i].name, "forearm.l") == 0) { /* one joint beyond: the bone's other end coincides too */
+            const int hand = character_joint(&source, "hand.l");
+            joint_place(&source.joints[hand], from);
+            joint_place(&target.joints[map[hand]], to);
+            affine_apply(&bones[i], from, moved);
+            for (int k = 0; k < 3; ++k) ASSERT_NEAR(to[k], moved[k], 1e-5);
+        }
+    }
+    ASSERT(skeleton_rescale(&source, &target, map));
+    for (int v = 0; v < source.vertex_count; ++v) {
+        for (int k = 0; k < CHARACTER_BONES; ++k)
+            ASSERT(source.influences[v].joint[k] >= 0 && source.influences[v].joint[k] < target.joint_count);
+    }
+    character_free(&source);
+    character_free(&target);
+    PASS();
+}
+
+TEST joints_are_paired_by_file_and_by_hierarchy(void)
+{
+    struct character source, target;
+    char error[CHARACTER_TEXT];
+    int map[64];
+    const char *how;
+    ASSERT(character_build(0, &source, error) && character_build(1, &target, error));
+    FILE *file = fopen(scratch("map.txt"), "w");
+    fputs("# arms are legs\narm.l leg.l   # remark\n\nhips hips\n", file);
+    fclose(file);
+    ASSERT_EQ(2, skeleton_map(&source, &target, scratch("map.txt"), map, &how, error));
+    ASSERT_EQ(character_joint(&target, "leg.l"), map[character_joint(&source, "arm.l")]);
+    ASSERT_EQ(-1, map[character_joint(&source, "head")]);
+    file = fopen(scratch("wrong.txt"), "w");
+    fputs("hips hips\narm.l nothing\n", file);
+    fclose(file);
+    ASSERT_EQ(0, skeleton_map(&source, &target, scratch("wrong.txt"), map, &how, error));
+    ASSERT(strstr(error, "line 2") && strstr(error, "nothing"));
+    ASSERT_EQ(0, skeleton_map(&source, &target, scratch("absent.txt"), map, &how, error));
+    for (int j = 0; j < source.joint_count; ++j) snprintf(source.joints[j].name, sizeof source.joints[j].name, "x%d", j);
+    ASSERT_EQ(15, skeleton_map(&source, &target, NULL, map, &how, error));
+    ASSERT_STR_EQ("hierarchy", how);
+    for (int j = 0; j < 15; ++j) ASSERT_EQ(j, map[j]); /* the same joints in the same order, told by directions alone */
+    character_free(&source);
+    character_free(&target);
+    PASS();
+}
+
+/* ---- heat ---- */
+
+enum { RINGS = 41, AROUND = 24, TUBE_VERTICES = RINGS * AROUND + 2, TUBE_TRIANGLES = 2 * AROUND * RINGS };
+
+/* A tube along y from -1 to 1, closed by flat ends. */
+static void make_tube(float *positions, int *triangles)
+{
+    int used = 0;
+    for (int r = 0; r < RINGS; ++r) {
+        for (int k = 0; k < AROUND; ++k) {
+            const float turn = 6.2831853f * (float)k / AROUND;
+            float *p = positions + 3 * (r * AROUND + k);
+            p[0] = 0.2f * sinf(turn), p[1] = -1.0f + 2.0f * (float)r / (RINGS - 1), p[2] = 0.2f * cosf(turn);
+        }
+    }
+    for (int end = 0; end < 2; ++end) {
+        const float middle[3] = {0.0f, end ? 1.0f : -1.0f, 0.0f};
+        memcpy(positions + 3 * (RINGS * AROUND + end), middle, sizeof middle);
+    }
+    for (int k = 0; k < AROUND; ++k) {
+        const int next = (k + 1) % AROUND;
+        for (int r = 0; r + 1 < RINGS; ++r) {
+            const int a = r * AROUND + k, b = r * AROUND + next, two[6] = {a, b, b + AROUND, a, b + AROUND, a + AROUND};
+            memcpy(triangles + 3 * used, two, sizeof two);
+            used += 2;
+        }
+        const int top = (RINGS - 1) * AROUND, ends[6] = {next, k, RINGS * AROUND, top + k, top + next, RINGS * AROUND + 1};
+        memcpy(triangles + 3 * used, ends, sizeof ends);
+        used += 2;
+    }
+}
+
+TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
+{
+    float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions), *weights = malloc(2 * TUBE_VERTICES * sizeof *weights);
+    int *triangles = malloc(3 * TUBE_TRIANGLES * sizeof *triangles);
+    const struct bone bones[2] = {{{0, -0.9f, 0}, {0, 0, 0}}, {{0, 0, 0}, {0, 0.9f, 0}}};
+    struct heat_report report;
+    struct mesh_check check;
+    make_tube(positions, triangles);
+    ASSERT(mesh_check(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, &check));
+    ASSERT_EQ(0, check.open_edges);
+    ASSERT_EQ(2, check.euler);
+    ASSERT(heat_weights(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, bones, 2, weights, &report));
+    ASSERT(report.sum_error < 1e-5);
+    ASSERT_EQ(TUBE_VERTICES, report.visible);
+    for (int r = 0; r < RINGS; ++r) {
+        const float *mine = weights + 2 * (r * AROUND + 3), *other = weights + 2 * ((RINGS - 1 - r) * AROUND + 3);
+        ASSERT_NEAR(1.0, mine[0] + mine[1], 1e-6);
+        ASSERT_NEAR(mine[0], other[1], 2e-3); /* the diagonals of the quads break the symmetry a little */
+        if (r > 0) ASSERT(mine[1] > weights[2 * ((r - 1) * AROUND + 3) + 1]); /* rising along the tube */
+    }
+    ASSERT_NEAR(0.5, weights[2 * (RINGS / 2 * AROUND + 3)], 2e-3);
+    ASSERT(weights[0] > 0.95f && weights[2 * ((RINGS - 1) * AROUND) + 1] > 0.95f);
+    ASSERT(!heat_weights(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, bones, 0, weights, &report));
+    free(positions);
+    free(weights);
+    free(triangles);
+    PASS();
+}
+
+/* ---- meshes ---- */
+
+static const float corners[] = {0,    0,    0,    1,    0,    0,    0,    1,    0,    0,    0,    1,
+                                0.2f, 0.2f, 0.2f, 1.2f, 0.2f, 0.2f, 0.2f, 1.2f, 0.2f, 0.2f, 0.2f, 1.2f};
+static const int tetrahedra[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
+
+TEST meshes_that_cut_themselves_are_found_out(void)
+{
+    struct mesh_check check;
+    ASSERT(mesh_check(corners, 8, tetrahedra, 4, &check));
+    ASSERT(check.open_edges == 0 && check.intersections == 0 && check.components == 1 && check.euler == 2);
+    ASSERT(mesh_check(corners, 8, tetrahedra, 8, &check));
+    ASSERT(check.open_edges == 0 && check.intersections > 0 && check.components == 2 && check.euler == 4);
+    ASSERT(mesh_check(corners, 8, tetrahedra, 3, &check));
+    ASSERT_EQ(3, check.open_edges);
+    ASSERT(!mesh_check(corners, 3, tetrahedra, 4, &check)); /* an index out of range */
+    PASS();
+}
+
+TEST specks_are_left_out(void)
+{
+    float positions[24];
+    int triangles[24], count = 8;
+    memcpy(positions, corners, sizeof positions);
+    memcpy(triangles, tetrahedra, sizeof triangles);
+    for (int i = 12; i < 24; ++i) positions[i] *= 0.1f; /* 1/6000 */
+    ASSERT_EQ(0, mesh_drop_specks(positions, 8, triangles, &count, 1e-5));
+    ASSERT_EQ(8, count);
+    ASSERT_EQ(1, mesh_drop_specks(positions, 8, triangles, &count, 1e-2));
+    ASSERT_EQ(4, count);
+    ASSERT_EQ(0, memcmp(triangles, tetrahedra, 12 * sizeof *triangles));
+    PASS();
+}
+
+/* ---- files ---- */
+
+TEST a_sequence_is_read_back(void)
+{
+    const float colors[24] = {0.1f, 0.5f, 0.9f, 1, 0, 0, 0, 1, 0, 0.02f, 0.2f, 0.3f},
+                uvs[16] = {0.25f, 0.75f, 1, 0, 0, 1, 0.5f, 0.5f};
+    const struct gltf_mesh frames[3] = {{corners, NULL, uvs, colors, NULL, tetrahedra, 8, 4},
+                                        {corners, NULL, uvs, colors, NULL, tetrahedra, 8, 8},
+                                        {corners, NULL, uvs, colors, NULL, tetrahedra, 8, 4}};
+    struct character c;
+    char error[CHARACTER_TEXT];
+    ASSERT(gltf_write_sequence(scratch("sequence.glb"), frames, 3, 10));
+    const struct aiScene *scene = aiImportFile(scratch("sequence.glb"), 0);
+    ASSERT(scene != NULL);
+    ASSERT_EQ(3u, scene->mNumMeshes);
+    ASSERT_EQ(1u, scene->mNumAnimations);
+    ASSERT_EQ(3u, scene->mAnimations[0]->mNumChannels);
+    const struct aiNodeAnim *second = scene->mAnimations[0]->mChannels[1];
+    ASSERT_STR_EQ("frame 1", second->mNodeName.data);
+    ASSERT_EQ(3u, second->mNumScalingKeys);
+    ASSERT_NEAR(0.0, second->mScalingKeys[0].mValue.x, 0.0);
+    ASSERT_NEAR(1.0, second->mScalingKeys[1].mValue.x, 0.0);
+    ASSERT_NEAR(100.0, second->mScalingKeys[1].mTime, 1e-3); /* milliseconds */
+    ASSERT_NEAR(0.0, second->mScalingKeys[2].mValue.x, 0.0);
+    ASSERT_EQ(8u, scene->mMeshes[1]->mNumFaces);
+    ASSERT_NEAR(0.25, scene->mMeshes[0]->mTextureCoords[0][0].x, 1e-6);
+    ASSERT_NEAR(0.25, scene->mMeshes[0]->mTextureCoords[0][0].y, 1e-6); /* assimp turns v round */
+    ASSERT_NEAR(pow(0.5, 2.2), scene->mMeshes[0]->mColors[0][0].g, 1e-4);
+    aiReleaseImport(scene);
+    ASSERT(!character_read(scratch("none.glb"), NULL, &c, error) && strstr(error, "cannot open"));
+    PASS();
+}
+
+TEST a_skinned_character_is_read_back(void)
+{
+    struct character c, again;
+    char error[CHARACTER_TEXT];
+    struct affine skin[64], places[64], skin_again[64], places_again[64];
+    ASSERT(character_build(1, &c, error));
+    const struct gltf_mesh mesh = {c.positions,  NULL,        c.uvs,          c.colors,
+                                   c.influences, c.triangles, c.vertex_count, c.triangle_count};
+    ASSERT(gltf_write_skinned(scratch("skinned.glb"), &mesh, &c, 0, 20));
+    ASSERT(character_read(scratch("skinned.glb"), NULL, &again, error));
+    ASSERT(again.skinned && again.unnormal == 0 && again.vertex_count == c.vertex_count && again.animation_count == 1);
+    ASSERT_STR_EQ("walk", again.animations[0].name);
+    float *there = malloc(3 * (size_t)c.vertex_count * sizeof *there), *here = malloc(3 * (size_t)c.vertex_count * sizeof *here);
+    character_pose(&c, 0, 0.35, 1.0, skin, places);
+    character_skin(&c, skin, here);
+    character_pose(&again, 0, 0.35, 1.0, skin_again, places_again);
+    character_skin(&again, skin_again, there);
+    for (int i = 0; i < 3 * c.vertex_count; ++i) {
+        ASSERT_NEAR(c.positions[i], again.positions[i], 1e-5);
+        ASSERT_NEAR(here[i], there[i], 2e-3); /* 20 keys a second, linear between them */
+    }
+    for (int v = 0; v < 3 * c.vertex_count; v += 101) ASSERT_NEAR(c.colors[v], again.colors[v], 2e-3);
+    /* Cut anywhere, it is refused in one line. */
+    size_t length;
+    char *bytes = whole_file(scratch("skinned.glb"), &length);
+    for (size_t part = 1; part < 8; ++part) {
+        struct character broken;
+        FILE *file = fopen(scratch("cut.glb"), "wb");
+        fwrite(bytes, 1, length * part / 8, file);
+        fclose(file);
+        ASSERT(!character_read(scratch("cut.glb"), NULL, &broken, error));
+        ASSERT(error[0] && !strchr(error, '\n'));
+    }
+    free(bytes);
+    free(there);
+    free(here);
+    character_free(&c);
+    character_free(&again);
+    PASS();
+}
+
+TEST an_animated_picture_begins_with_its_first_frame(void)
+{
+    struct image frames[2], again;
+    size_t length;
+    ASSERT(image_create(&frames[0], 9, 7, color_rgb(1.0f, 0.0f, 0.2f))
+           && image_create(&frames[1], 9, 7, color_rgb(0.0f, 1.0f, 0.0f)));
+    ASSERT(apng_write(scratch("film.png"), frames, 2, 12));
+    ASSERT(image_read_file(scratch("film.png"), &again));
+    ASSERT(again.width == 9 && again.height == 7);
+    for (int i = 0; i < 3 * 9 * 7; ++i) ASSERT_NEAR(frames[0].rgb[i], again.rgb[i], 0.5 / 255.0);
+    char *bytes = whole_file(scratch("film.png"), &length);
+    int controls = 0;
+    for (size_t i = 0; i + 4 < length; ++i) controls += memcmp(bytes + i, "fcTL", 4) == 0;
+    ASSERT_EQ(2, controls);
+    ASSERT(memcmp(bytes + 37, "acTL", 4) == 0);
+    free(bytes);
+    image_free(&again);
+    image_free(&frames[1]);
+    ASSERT(!apng_write(scratch("film.png"), frames, 0, 12));
+    image_free(&frames[0]);
+    PASS();
+}
+
+static greatest_test_res try_folder(const char *name, int *good, int *bad)
+{
+    DIR *listing = opendir(name);
+    struct dirent *entry;
+    ASSERTm(name, listing != NULL);
+    while ((entry = readdir(listing)) != NULL) {
+        char path[1024], error[CHARACTER_TEXT];
+        struct stat about;
+        if (entry->d_name[0] == '.') continue;
+        snprintf(path, sizeof path, "%s/%s", name, entry->d_name);
+        if (stat(path, &about) != 0) continue;
+        if (S_ISDIR(about.st_mode)) {
+            CHECK_CALL(try_folder(path, good, bad));
+            continue;
+        }
+        struct character c;
+        error[0] = '\0';
+        if (character_read(path, "all", &c, error)) {
+            ++*good;
+            for (int v = 0; v < c.vertex_count; ++v) {
+                float sum = 0.0f;
+                for (int k = 0; k < CHARACTER_BONES; ++k) {
+                    ASSERTm(path, c.influences[v].joint[k] >= 0 && c.influences[v].joint[k] < c.joint_count);
+                    sum += c.influences[v].weight[k];
+                }
+                ASSERT_NEAR(1.0, sum, 1e-5);
+            }
+            character_free(&c);
+        } else {
+            ++*bad;
+            ASSERTm(path, error[0] && !strchr(error, '\n') && c.positions == NULL);
+        }
+    }
+    closedir(listing);
+    PASS();
+}
+
+TEST malformed_files_are_refused_in_one_line(void)
+{
+    const char *data = getenv("SPRINGLS_DATA"), *const folders[] = {"gltf_validator", "assimp", "meshes_generated"};
+    char name[1024];
+    int good = 0, bad = 0;
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    for (int f = 0; f < 3; ++f) {
+        snprintf(name, sizeof name, "%s/bad/%s", data, folders[f]);
+        CHECK_CALL(try_folder(name, &good, &bad));
+    }
+    ASSERT_GT(bad, 60);
+    ASSERT_GT(good, 5);
+    PASS();
+}
+
+/* ---- the program ---- */
+
+static int run_program(const char *const *arguments)
+{
+    char *argv[32] = {(char *)(uintptr_t)"morph"};
+    int argc = 1;
+    for (; arguments[argc - 1]; ++argc) argv[argc] = (char *)(uintptr_t)arguments[argc - 1];
+    return morph_main(argc, argv);
+}
+
+static double number_of(const cJSON *json, const char *name)
+{
+    const cJSON *item = cJSON_GetObjectItem(json, name);
+    return cJSON_IsNumber(item) ? item->valuedouble : (double)NAN;
+}
+
+static cJSON *read_report(const char *path)
+{
+    size_t length;
+    char *text = whole_file(path, &length);
+    cJSON *json = cJSON_Parse(text);
+    free(text);
+    return json;
+}
+
+/* A closed body in every frame, with weights that sum to 1, nearer to the target at the end than at the start. */
+static greatest_test_res check_report(const char *path, int frames, double near)
+{
+    cJSON *json = read_report(path);
+    ASSERT(json != NULL);
+    ASSERT_EQ(frames, (int)number_of(json, "frames"));
+    ASSERT_EQ(frames, (int)number_of(json, "watertight_frames"));
+    ASSERT_EQ(0, (int)number_of(json, "self_intersections"));
+    ASSERT_EQ(1, (int)number_of(json, "components_fewest"));
+    ASSERT(number_of(json, "weight_sum_error_max") < 1e-5);
+    ASSERT(number_of(json, "channel_weight_sum_error_max") < 1e-5);
+    ASSERT(number_of(json, "channel_weights_from_looked_up_mean_l1") < 0.3);
+    ASSERT(number_of(json, "distance_to_target_mean_voxels") < near);
+    const cJSON *by_frame = cJSON_GetObjectItem(json, "by_frame");
+    ASSERT(number_of(cJSON_GetArrayItem(by_frame, frames - 1), "missing_voxels")
+           < number_of(cJSON_GetArrayItem(by_frame, 0), "missing_voxels"));
+    cJSON_Delete(json);
+    PASS();
+}
+
+TEST a_morph_from_nothing(void)
+{
+    const char *const line[] = {"--grid",
+                                "48",
+                                "--frames",
+                                "6",
+                                "--ease",
+                                "0",
+                                "--size",
+                                "64",
+                                "--quiet",
+                                "--out",
+                                folder,
+                                "--json",
+                                scratch("morph.json"),
+                                NULL};
+    ASSERT_EQ(0, run_program(line));
+    CHECK_CALL(check_report(scratch("morph.json"), 6, 0.4));
+    const struct aiScene *scene = aiImportFile(scratch("morph.glb"), 0);
+    ASSERT(scene != NULL);
+    ASSERT_EQ(6u, scene->mNumMeshes);
+    ASSERT(scene->mMeshes[5]->mColors[0] && scene->mMeshes[5]->mTextureCoords[0] && scene->mMeshes[5]->mNormals);
+    aiReleaseImport(scene);
+    struct character skinned; /* with the bone weights that have come along */
+    char error[CHARACTER_TEXT];
+    ASSERT(character_read(scratch("skinned.glb"), NULL, &skinned, error));
+    ASSERT(skinned.skinned && skinned.unnormal == 0 && skinned.unweighted == 0);
+    ASSERT_EQ(19 + 2, skinned.joint_count); /* the target's joints, the body's node and the file's root */
+    character_free(&skinned);
+    const char *const made[] = {"morph.png", "strip.png", "frame000.png", "frame005.png"};
+    for (int i = 0; i < 4; ++i) {
+        struct image picture;
+        ASSERTm(made[i], image_read_file(scratch(made[i]), &picture));
+        image_free(&picture);
+    }
+    PASS();
+}
+
+TEST weights_from_nothing(void)
+{
+    const char *const line[] = {
+        "--weights", "--grid", "48", "--size", "64", "--quiet", "--out", folder, "--json", scratch("weights.json"), NULL};
+    struct character rigged;
+    char error[CHARACTER_TEXT];
+    ASSERT_EQ(0, run_program(line));
+    cJSON *json = read_report(scratch("weights.json"));
+    ASSERT(json != NULL);
+    ASSERT(number_of(json, "weights_from_artists_mean_l1") < 0.6);
+    ASSERT(number_of(json, "weight_sum_error_max") < 1e-4);
+    cJSON_Delete(json);
+    ASSERT(character_read(scratch("rigged.glb"), NULL, &rigged, error));
+    ASSERT(rigged.skinned && rigged.animation_count == 1);
+    character_free(&rigged);
+    PASS();
+}
+
+TEST wrong_lines_end_with_a_status(void)
+{
+    FILE *quiet = freopen(scratch("errors"), "w", stderr);
+    const char *const unknown[] = {"--nonsense", NULL}, *const alone[] = {"one.glb", NULL},
+                      *const small[] = {"--grid", "8", NULL};
+    const char *const absent[] = {"a.glb", "b.glb", NULL}, *const still[] = {"--animation", "Swim", "--grid", "32", NULL};
+    ASSERT(quiet != NULL);
+    ASSERT_EQ(2, run_program(unknown));
+    ASSERT_EQ(2, run_program(alone));
+    ASSERT_EQ(2, run_program(small));
+    ASSERT_EQ(1, run_program(absent));
+    ASSERT_EQ(1, run_program(still));
+    fflush(stderr);
+    size_t length, lines = 0;
+    char *text = whole_file(scratch("errors"), &length);
+    for (size_t i = 0; i < length; ++i) lines += text[i] == '\n';
+    ASSERT_EQ(5u, lines);
+    free(text);
+    PASS();
+}
+
+TEST characters_of_the_collection(void)
+{
+    const char *data = getenv("SPRINGLS_DATA");
+    char knight[1024], mage[1024], man[1024], robot[1024], error[CHARACTER_TEXT];
+    struct character c;
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    snprintf(knight, sizeof knight, "%s/rigged/Knight.glb", data);
+    snprintf(mage, sizeof mage, "%s/rigged/Mage.glb", data);
+    snprintf(man, sizeof man, "%s/rigged/CesiumMan.glb", data);
+    snprintf(robot, sizeof robot, "%s/rigged/robot_expressive.glb", data);
+    ASSERT(character_read(man, NULL, &c, error));
+    ASSERT_EQ(210, c.unnormal); /* the trap: weights that sum to 0.18 to 0.99 */
+    ASSERT_EQ(3273, c.vertex_count);
+    ASSERT(c.images[0].rgb != NULL);
+    character_free(&c);
+    ASSERT(character_read(robot, NULL, &c, error)); /* bones and parts share names */
+    ASSERT_EQ(19, c.part_count);
+    ASSERT_EQ(0, c.unweighted);
+    character_free(&c);
+    ASSERT(character_read(knight, "helmet,cape", &c, error));
+    ASSERT_EQ(8, c.part_count);
+    ASSERT_EQ(9, c.prop_count);
+    ASSERT(character_animation(&c, "Walking_A") >= 0 && character_animation(&c, "3") == 3 && character_animation(&c, "99") == -1);
+    character_free(&c);
+    const char *const line[] = {
+        knight,    mage,     "--animation",          "Walking_A", "--grid", "40", "--frames", "3", "--ease", "0",
+        "--quiet", "--json", scratch("knight.json"), NULL};
+    ASSERT_EQ(0, run_program(line));
+    CHECK_CALL(check_report(scratch("knight.json"), 3, 0.6));
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    char command[300];
+    GREATEST_MAIN_BEGIN();
+    snprintf(folder, sizeof folder, "%s/springls_morph_XXXXXX", getenv("TMPDIR") ? getenv("TMPDIR") : "/tmp");
+    if (!mkdtemp(folder)) {
+        return 1;
+    }
+    RUN_TEST(placements_and_matrices_are_each_others_inverse);
+    RUN_TEST(skinning_is_the_weighted_sum_of_matrices);
+    RUN_TEST(the_affine_force_goes_from_pose_to_pose);
+    RUN_TEST(weights_sum_to_one);
+    RUN_TEST(alignment_makes_joints_coincide);
+    RUN_TEST(joints_are_paired_by_file_and_by_hierarchy);
+    RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
+    RUN_TEST(meshes_that_cut_themselves_are_found_out);
+    RUN_TEST(specks_are_left_out);
+    RUN_TEST(a_sequence_is_read_back);
+    RUN_TEST(a_skinned_character_is_read_back);
+    RUN_TEST(an_animated_picture_begins_with_its_first_frame);
+    RUN_TEST(malformed_files_are_refused_in_one_line);
+    RUN_TEST(a_morph_from_nothing);
+    RUN_TEST(weights_from_nothing);
+    RUN_TEST(characters_of_the_collection);
+    RUN_TEST(wrong_lines_end_with_a_status);
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    if (system(command) != 0) {
+        return 1;
+    }
+    GREATEST_MAIN_END();
+}
+
+#endif

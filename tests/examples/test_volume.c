@@ -1,0 +1,372 @@
+/* Volumes in three formats: places to the micrometre, frames, what is written, and files that are broken. Compiled like
+ * test_common.c, else skipped. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_volume_built_without_its_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_volume_built_without_its_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#include "../../examples/common/imaging/volume.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include <zlib.h>
+
+static char folder[] = "/tmp/springls_volume_XXXXXX";
+static char error[VOLUME_TEXT];
+
+static const char *in_folder(const char *name)
+{
+    static char path[4][256];
+    static int turn;
+    turn = (turn + 1) % 4;
+    snprintf(path[turn], sizeof path[turn], "%s/%s", folder, name);
+    return path[turn];
+}
+
+/* A header as text, and after it bytes. */
+static const char *make_file(const char *name, const char *header, const void *bytes, size_t count)
+{
+    const char *path = in_folder(name);
+    FILE *file = fopen(path, "wb");
+    if (file) {
+        fputs(header, file);
+        fwrite(bytes, 1, count, file);
+        fclose(file);
+    }
+    return path;
+}
+
+enum { NX = 4, NY = 3, NZ = 2, COUNT = NX * NY * NZ };
+
+static greatest_test_res holds_ramp(const struct volume *v, float first, float step)
+{
+    ASSERT_EQ(NX, v->dims[0]);
+    ASSERT_EQ(NY, v->dims[1]);
+    ASSERT_EQ(NZ, v->dims[2]);
+    for (int n = 0; n < COUNT; ++n) ASSERT_EQ(first + step * (float)n, v->data[n]);
+    PASS();
+}
+
+static greatest_test_res lies_at(const struct volume *v, float i, float j, float k, float x, float y, float z)
+{
+    const float index[3] = {i, j, k}, expected[3] = {x, y, z};
+    float world[3];
+    volume_index_to_world(v, index, world);
+    for (int a = 0; a < 3; ++a) ASSERT_IN_RANGE(expected[a], world[a], 1e-4f);
+    PASS();
+}
+
+static size_t gzip(const void *bytes, size_t count, int window_bits, unsigned char *packed, size_t room)
+{
+    z_stream z;
+    memset(&z, 0, sizeof z);
+    if (deflateInit2(&z, 6, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK) return 0;
+    unsigned char *copy = malloc(count); /* zlib's pointer is not const */
+    if (!copy) return 0;
+    memcpy(copy, bytes, count);
+    z.next_in = copy;
+    z.avail_in = (unsigned)count;
+    z.next_out = packed;
+    z.avail_out = (unsigned)room;
+    deflate(&z, Z_FINISH);
+    free(copy);
+    deflateEnd(&z);
+    return z.total_out;
+}
+
+/* ---- hand-made files: the values below were worked out from the formats' definitions ---- */
+
+/* Columns of the directions: x of the file runs along +y of its space, y along -x, z up; the space is LPS. */
+#define NRRD_PLACE "space: left-posterior-superior\nspace directions: (0,1.5,0) (-2,0,0) (0,0,4)\nspace origin: (10,20,30)\n"
+#define META_PLACE "TransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 10 20 30\nElementSpacing = 1.5 2 4\n"
+
+static greatest_test_res is_the_ramp(const char *path)
+{
+    struct volume v;
+    ASSERTm(error, volume_read(path, 0, &v, error));
+    CHECK_CALL(holds_ramp(&v, 100.0f, 3.0f));
+    CHECK_CALL(lies_at(&v, 0, 0, 0, -10, -20, 30));
+    CHECK_CALL(lies_at(&v, 1, 0, 0, -10, -21.5f, 30));
+    CHECK_CALL(lies_at(&v, 0, 1, 0, -8, -20, 30));
+    CHECK_CALL(lies_at(&v, 3, 2, 1, -6, -24.5f, 34));
+    ASSERT_EQ(1, v.frame_count);
+    ASSERT_EQ(100.0f, v.minimum);
+    ASSERT_EQ(100.0f + 3.0f * (COUNT - 1), v.maximum);
+    volume_free(&v);
+    ASSERT_FALSE(volume_read(path, 1, &v, error));
+    PASS();
+}
+
+TEST attached_and_detached_raw_and_compressed(void)
+{
+    int16_t ramp[COUNT];
+    unsigned char big[2 * COUNT], packed[1024];
+    for (int n = 0; n < COUNT; ++n) {
+        ramp[n] = (int16_t)(100 + 3 * n);
+        big[2 * n] = (unsigned char)(ramp[n] >> 8);
+        big[2 * n + 1] = (unsigned char)(ramp[n] & 255);
+    }
+    const char *const nrrd = "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\n" NRRD_PLACE;
+    const char *const meta = "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\n" META_PLACE;
+    char header[1024];
+
+    snprintf(header, sizeof header, "%sendian: little\nencoding: raw\n\n", nrrd);
+    CHECK_CALL(is_the_ramp(make_file("raw.nrrd", header, ramp, sizeof ramp)));
+    snprintf(header, sizeof header, "%sendian: big\nencoding: raw\n\n", nrrd);
+    CHECK_CALL(is_the_ramp(make_file("big.nrrd", header, big, sizeof big)));
+    size_t size = gzip(ramp, sizeof ramp, 31, packed, sizeof packed);
+    snprintf(header, sizeof header, "%sendian: little\nencoding: gzip\n\n", nrrd);
+    CHECK_CALL(is_the_ramp(make_file("packed.nrrd", header, packed, size)));
+    make_file("voxels.raw.gz", "", packed, size);
+    snprintf(header, sizeof header, "%sendian: little\nencoding: gzip\ndata file: voxels.raw.gz\n", nrrd);
+    CHECK_CALL(is_the_ramp(make_file("packed.nhdr", header, "", 0)));
+    make_file("voxels.raw", "skip", ramp, sizeof ramp);
+    snprintf(header, sizeof header, "%sendian: little\nencoding: raw\nbyte skip: 4\ndata file: ./voxels.raw\n", nrrd);
+    CHECK_CALL(is_the_ramp(make_file("raw.nhdr", header, "", 0)));
+
+    snprintf(header, sizeof header, "%sElementDataFile = LOCAL\n", meta);
+    CHECK_CALL(is_the_ramp(make_file("raw.mha", header, ramp, sizeof ramp)));
+    snprintf(header, sizeof header, "%sBinaryDataByteOrderMSB = True\nElementDataFile = LOCAL\n", meta);
+    CHECK_CALL(is_the_ramp(make_file("big.mha", header, big, sizeof big)));
+    snprintf(header, sizeof header, "%sHeaderSize = -1\nElementDataFile = voxels.raw\n", meta);
+    CHECK_CALL(is_the_ramp(make_file("raw.mhd", header, "", 0)));
+    size = gzip(ramp, sizeof ramp, 15, packed, sizeof packed);
+    snprintf(header, sizeof header, "%sCompressedData = True\r\nElementDataFile = LOCAL\n", meta);
+    CHECK_CALL(is_the_ramp(make_file("packed.mha", header, packed, size)));
+    make_file("voxels.zraw", "", packed, size);
+    snprintf(header, sizeof header, "%sCompressedData = True\nElementDataFile = voxels.zraw\n", meta);
+    CHECK_CALL(is_the_ramp(make_file("packed.mhd", header, "", 0)));
+    PASS();
+}
+
+/* A vector a voxel, and two times: each part of each is a frame. */
+TEST channels_and_times_are_frames(void)
+{
+    float values[2 * COUNT * 2];
+    struct volume v;
+    for (int t = 0; t < 2; ++t)
+        for (int n = 0; n < COUNT; ++n)
+            for (int c = 0; c < 2; ++c) values[(t * COUNT + n) * 2 + c] = (float)(1000 * t + 100 * c + n);
+    const char *paths[2];
+    paths[0] = make_file("frames.nrrd", "NRRD0004\ntype: float\ndimension: 5\nspace: right-anterior-superior\nsizes: 2 4 3 2 2\n"
+                         "space directions: none (1,0,0) (0,1,0) (0,0,1) none\nkinds: vector domain domain domain time\n"
+                         "space units: \"cm\" \"cm\" \"cm\"\nendian: little\nencoding: raw\n\n", values, sizeof values);
+    paths[1] = make_file("frames.mha", "ObjectType = Image\nNDims = 4\nDimSize = 4 3 2 2\nElementNumberOfChannels = 2\n"
+                         "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n", values, sizeof values);
+    for (int p = 0; p < 2; ++p) {
+        for (int f = 0; f < 4; ++f) { /* the faster one first */
+            ASSERTm(error, volume_read(paths[p], f, &v, error));
+            ASSERT_EQ(4, v.frame_count);
+            CHECK_CALL(holds_ramp(&v, (float)(1000 * (f / 2) + 100 * (f % 2)), 1.0f));
+            if (p == 0) CHECK_CALL(lies_at(&v, 1, 1, 1, 10, 10, 10));
+            volume_free(&v);
+        }
+        ASSERT_FALSE(volume_read(paths[p], 4, &v, error));
+    }
+    PASS();
+}
+
+TEST written_files_come_back(void)
+{
+    static const char *const names[] = {"out.nii.gz", "out.nrrd", "out.mha"};
+    const int dims[3] = {NX, NY, NZ};
+    const float spacing[3] = {0.7f, 1.3f, 2.9f}, origin[3] = {-12.25f, 7.5f, 101.0f};
+    struct volume made, turned, back;
+    uint8_t labels[COUNT];
+    ASSERT(volume_create(dims, spacing, origin, &turned));
+    turned.affine[0][0] = 0.42, turned.affine[0][1] = -1.04; /* turned about z by atan(0.8 / 0.6), z mirrored */
+    turned.affine[1][0] = 0.56, turned.affine[1][1] = 0.78;
+    turned.affine[2][2] = -2.9;
+    ASSERT(volume_create_padded(&turned, 0, &made)); /* takes origin and direction from the affine */
+    volume_free(&turned);
+    for (int n = 0; n < COUNT; ++n) {
+        made.data[n] = 0.25f * (float)n - 1.0f;
+        labels[n] = (uint8_t)(n % 7);
+    }
+    for (int f = 0; f < 3; ++f) {
+        ASSERTm(error, volume_write(in_folder(names[f]), &made, VOLUME_FLOAT32, made.data, error));
+        ASSERTm(error, volume_read(in_folder(names[f]), 0, &back, error));
+        ASSERT(volume_same_grid(&made, &back));
+        CHECK_CALL(holds_ramp(&back, -1.0f, 0.25f));
+        ASSERT(strstr(names[f], back.extension) != NULL);
+        for (int g = 0; g < 3; ++g) { /* labels in the geometry of a file that was read */
+            struct volume again;
+            ASSERTm(error, volume_write(in_folder(names[g]), &back, VOLUME_UINT8, labels, error));
+            ASSERTm(error, volume_read(in_folder(names[g]), 0, &again, error));
+            ASSERT(volume_same_grid(&back, &again));
+            for (int n = 0; n < COUNT; ++n) ASSERT_EQ((float)labels[n], again.data[n]);
+            volume_free(&again);
+        }
+        volume_free(&back);
+        ASSERT_FALSE(volume_write(f == 1 ? "/nowhere/at/all.nrrd" : "/nowhere/at/all.mha", &made, VOLUME_UINT8, labels, error));
+        ASSERT(error[0] && !strchr(error, '\n'));
+    }
+    volume_free(&made);
+    PASS();
+}
+
+/* ---- broken ones ---- */
+
+TEST damaged_packed_data_are_noticed(void)
+{
+    uint8_t bytes[COUNT] = {1, 2, 3, 4, 5};
+    unsigned char packed[1024];
+    struct volume v;
+    const char *const nrrd = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 3 2\nencoding: gzip\n\n";
+    const char *const meta =
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_UCHAR\nCompressedData = True\nElementDataFile = LOCAL\n";
+    for (int format = 0; format < 2; ++format) {
+        const size_t size = gzip(bytes, sizeof bytes, format == 0 ? 31 : 15, packed, sizeof packed);
+        const char *name = format == 0 ? "hurt.nrrd" : "hurt.mha", *header = format == 0 ? nrrd : meta;
+        ASSERTm(error, volume_read(make_file(name, header, packed, size), 0, &v, error));
+        volume_free(&v);
+        for (size_t cut = 0; cut < size; ++cut) ASSERT_FALSE(volume_read(make_file(name, header, packed, cut), 0, &v, error));
+        packed[size - (format == 0 ? 5 : 1)] ^= 1; /* the checksum's last byte */
+        ASSERT_FALSE(volume_read(make_file(name, header, packed, size), 0, &v, error));
+        const size_t short_size = gzip(bytes, sizeof bytes - 1, format == 0 ? 31 : 15, packed, sizeof packed);
+        ASSERT_FALSE(volume_read(make_file(name, header, packed, short_size), 0, &v, error));
+    }
+    PASS();
+}
+
+TEST bad_headers_end_in_one_line(void)
+{
+    static const char *const headers[] = {
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\nspace: left-posterior-superior\n"
+        "space directions: (1,0,0) (1,0,0) (0,0,1)\nencoding: raw\n\n",
+        "NRRD0004\ntype: block\nblock size: 2\ndimension: 3\nsizes: 4 3 2\nencoding: raw\n\n",
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: nothing.raw\n",
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 60000 60000 60000\nencoding: raw\n\n",
+        "NRRD0004\n\n", "NRRD", "NRRD0004\ntype: short\ndimension: 99\nsizes: 1\nencoding: raw\n\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 -2\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_FISH\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\n",
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementSpacing = 0 1 1\nElementDataFile = LOCAL\n",
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementSpacing = nan 1 1\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = nothing.raw\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = LIST\na\nb\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nBinaryData = False\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nDimSize = 4 3 2\nNDims = 3\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 3\nDimSize = 60000 60000 60000\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 99\n", "ObjectType\n",
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nHeaderSize = 1e9\nElementDataFile = LOCAL\n",
+    };
+    unsigned char voxels[2 * COUNT] = {0};
+    for (size_t h = 0; h < sizeof headers / sizeof *headers; ++h) {
+        struct volume v;
+        error[0] = '\0';
+        ASSERT_FALSEm(headers[h], volume_read(make_file("bad", headers[h], voxels, sizeof voxels), 0, &v, error));
+        ASSERTm(headers[h], error[0] && !strchr(error, '\n') && v.data == NULL);
+    }
+    PASS();
+}
+
+/* Every file of the collection: those that have voxels in a known place are read, the others are refused. */
+TEST collection_of_bad_files(void)
+{
+    static const char *const good =
+        " anisotropic_1x1x6.nii.gz bitpix_mismatch.nii constant.nii.gz flipped_x.nii.gz float_nan_inf.nii.gz "
+        "not_gz_named_gz.nii.gz ok.mha ok_big_endian.nii ok_gzip.nrrd ok_int16.nii ok_raw.nrrd ok_z.mha one_voxel_fg.nii.gz "
+        "pixdim_nan.nii pixdim_zero_neg.nii scl_slope_nan.nii scl_slope_zero.nii sheared_affine.nii.gz single_slice.nii "
+        "touches_border.nii.gz example4d.nii.gz example_nifti2.nii.gz functional.nii standard.nii.gz ";
+    const char *data = getenv("SPRINGLS_DATA");
+    char command[1024], path[1024], name[300];
+    int read = 0, refused = 0;
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    snprintf(command, sizeof command, "ls -d '%s'/bad/volumes_generated/* '%s'/bad/nibabel/*", data, data);
+    FILE *list = popen(command, "r");
+    ASSERT(list != NULL);
+    while (fgets(path, sizeof path, list)) {
+        struct volume v;
+        path[strcspn(path, "\n")] = '\0';
+        snprintf(name, sizeof name, " %.290s ", strrchr(path, '/') + 1);
+        error[0] = '\0';
+        const bool was_read = volume_read(path, 0, &v, error);
+        ASSERT_EQm(path, strstr(good, name) != NULL, was_read);
+        ASSERTm(path, was_read || (error[0] && !strchr(error, '\n') && v.data == NULL));
+        read += was_read;
+        refused += !was_read;
+        volume_free(&v);
+    }
+    pclose(list);
+    ASSERT_EQ(24, read);
+    ASSERT_EQ(33, refused);
+    PASS();
+}
+
+/* The same label map in three formats; a tumour lies inside its brain; masks fit their images. */
+TEST collection_fits_together(void)
+{
+    static const char *const same[] = {"ok_int16.nii", "ok_raw.nrrd", "ok_gzip.nrrd", "ok.mha", "ok_z.mha"};
+    static const char *const pairs[][2] = {{"labels/brain1_image.nrrd", "labels/brain1_label.nrrd"},
+                                           {"ct/ct_lung_elastix.mha", "labels/lung_elastix_baseline_mask.mha"},
+                                           {"ct/ct_pelvis_TS.nii.gz", "labels/seg_pelvis_TS_104.nii.gz"}};
+    const char *data = getenv("SPRINGLS_DATA");
+    char path[1024];
+    struct volume first, other;
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    for (int f = 0; f < 5; ++f) {
+        snprintf(path, sizeof path, "%s/bad/volumes_generated/%s", data, same[f]);
+        ASSERTm(error, volume_read(path, 0, f == 0 ? &first : &other, error));
+        if (f > 0) {
+            ASSERT_MEM_EQ(first.data, other.data, volume_voxels(&first) * sizeof(float));
+            volume_free(&other);
+        }
+    }
+    volume_free(&first);
+    for (int p = 0; p < 3; ++p) {
+        snprintf(path, sizeof path, "%s/%s", data, pairs[p][0]);
+        ASSERTm(error, volume_read(path, 0, &first, error));
+        snprintf(path, sizeof path, "%s/%s", data, pairs[p][1]);
+        ASSERTm(error, volume_read(path, 0, &other, error));
+        ASSERT(volume_same_grid(&first, &other));
+        volume_free(&first);
+        volume_free(&other);
+    }
+    snprintf(path, sizeof path, "%s/ct/ct_head_vtk_quarter.mhd", data);
+    ASSERTm(error, volume_read(path, 0, &first, error));
+    ASSERT_EQ(64, first.dims[0]);
+    ASSERT_EQ(93, first.dims[2]);
+    ASSERT_EQ(3926.0f, first.maximum);
+    CHECK_CALL(lies_at(&first, 1, 1, 1, -3.2f, -3.2f, 1.5f));
+    volume_free(&first);
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    if (!mkdtemp(folder)) return 1;
+    RUN_TEST(attached_and_detached_raw_and_compressed);
+    RUN_TEST(channels_and_times_are_frames);
+    RUN_TEST(written_files_come_back);
+    RUN_TEST(damaged_packed_data_are_noticed);
+    RUN_TEST(bad_headers_end_in_one_line);
+    RUN_TEST(collection_of_bad_files);
+    RUN_TEST(collection_fits_together);
+    char command[300];
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    if (system(command) != 0) return 1;
+    GREATEST_MAIN_END();
+}
+
+#endif

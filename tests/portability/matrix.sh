@@ -1,0 +1,157 @@
+#!/bin/bash
+# matrix.sh: are springls.h and springls_cl.h clean in every way they can be used, and does springls.h do the same in all of
+# them? A check passes when its commands succeed and say nothing.
+# From the repository's root. The last line is "N passed, N failed".
+set -u
+here=tests/portability
+out=build/compile
+warnings='-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror -ffp-contract=off -I.'
+rm -rf $out; mkdir -p $out
+
+# ---- running checks: as many at a time as there are processors ----
+
+count=0
+jobs=$(nproc 2> /dev/null || echo 2)
+
+# check NAME COMMAND...: $w is a folder of the check's own.
+check() {
+    local name=$1; shift
+    count=$((count + 1))
+    w=$out/$(printf %03d $count); mkdir $w
+    echo "$name" > $w/name
+    ( w=$w; "$@" > $w/log 2>&1 && [ ! -s $w/log ] && touch $w/passed ) &
+    [ $((count % jobs)) != 0 ] || wait
+}
+
+fails()   { if "$@" > /dev/null 2>&1; then echo "this should have failed: $*"; return 1; fi; }
+nothing() { [ -z "$1" ] || { echo "$2:" $1; return 1; }; }
+
+# The functions an object or shared library defines for others.
+exported() { nm -g --defined-only "$@" | sed -n 's/.* [TDBRVWCi] //p' | sort; }
+# Of springls.h; of both headers for a compiler with -DWITH_OPENCL.
+public_functions() {
+    case $1 in *WITH_OPENCL*) set -- springls.h springls_cl.h ;; *) set -- springls.h ;; esac
+    sed -n 's/^ *#define \(springls_[a-z0-9_]*\) SPRINGLS__NAME(.*/\1/p' "$@" | sort
+}
+
+# ---- the checks ----
+
+compiles() { "$@" $warnings -c -o $w/object.o; }
+
+two_copies() {  # COMPILER FLAGS-OF-1 FLAGS-OF-2
+    $1 $warnings $2 -DPART=1 -c -o $w/1.o $here/pair.c && $1 $warnings $3 -DPART=2 -c -o $w/2.o $here/pair.c &&
+        $1 -o $w/pair $w/1.o $w/2.o -lm && $w/pair
+}
+namespaces() {
+    two_copies "$1" -DSPRINGLS_NAMESPACE=first -DSPRINGLS_NAMESPACE=second &&
+        nothing "$(exported $w/1.o | grep -v -e ^first_springls_ -e '^main$')" "without the prefix" &&
+        nothing "$(comm -3 <(exported $w/1.o | sed -n 's/^first_//p') <(public_functions "$1"))" "not in both lists"
+}
+only_public_names() {
+    $1 $warnings -c -o $w/o.o $here/implement.c &&
+        nothing "$(comm -3 <(exported $w/o.o) <(public_functions "$1"))" "declared or defined, not both"
+}
+shared_library() {
+    $1 $warnings -fPIC -fvisibility=hidden -DSPRINGLS_DLL -shared -o $w/libspringls.so $here/implement.c -lm &&
+        nothing "$(comm -3 <(exported -D $w/libspringls.so) <(public_functions "$1"))" "exported or public, not both" &&
+        $1 $warnings -DSPRINGLS_DLL -DUSE_MAIN -o $w/user $here/use.c -L$w -lspringls -Wl,-rpath,$w && $w/user
+}
+hidden_library() {
+    $1 $warnings -fPIC -fvisibility=hidden -shared -o $w/libspringls.so $here/implement.c -lm &&
+        nothing "$(exported -D $w/libspringls.so)" "exported without SPRINGLS_DLL"
+}
+c_and_cxx() {  # the implementation compiled as C++, its user as C, and the other way round
+    $1 -std=c99 $warnings -DUSE_MAIN -c -o $w/use_c.o $here/use.c &&
+        $2 -std=c++11 -x c++ $warnings -c -o $w/implement_cxx.o $here/implement.c &&
+        $2 -o $w/1 $w/use_c.o $w/implement_cxx.o -lm && $w/1 &&
+        $2 -std=c++11 -x c++ $warnings -DUSE_MAIN -c -o $w/use_cxx.o $here/use.c &&
+        $1 -std=c99 $warnings -c -o $w/implement_c.o $here/implement.c &&
+        $2 -o $w/2 $w/use_cxx.o $w/implement_c.o -lm && $w/2
+}
+own_assert() {
+    $1 -std=c99 $warnings -c -o $w/o.o $here/own_assert.c &&
+        nothing "$(nm -u $w/o.o | grep -e __assert -e ' abort')" "called in spite of SPRINGLS_ASSERT" &&
+        { nm -u $w/o.o | grep -q user_check || { echo "SPRINGLS_ASSERT is never used"; return 1; }; }
+}
+few_headers() {
+    nothing "$($1 $warnings -H -fsyntax-only $here/use.c 2>&1 | sed -n 's/^\.\.* //p' | grep -v -E '(^|/)((header|springls|springls_cl|stddef|stdint|stdbool)\.h$|(bits|sys|gnu)/|stdc-predef|features)')" \
+        "the declarations include"
+}
+prefixed_macros() {
+    nothing "$(sed -nE 's/^ *# *define +([A-Za-z0-9_]+).*/\1/p' springls.h springls_cl.h |
+        grep -v -E '^(SPRINGLS_|springls_|CL_TARGET_OPENCL_VERSION$|CL_USE_DEPRECATED_OPENCL_1_2_APIS$)')" \
+        "macros without the prefix"
+}
+without_opencl() {
+    $1 $warnings -o $w/program $here/no_opencl.c -lm && nothing "$(readelf -d $w/program | grep -i opencl)" "needed to start" && $w/program
+}
+installed() {
+    make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c
+}
+# What models have become at the end of their lives, in this build.
+lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
+same_lives() {
+    local first= other
+    for other in $out/lives.*; do
+        first=${first:-$other}
+        diff $first $other || echo "$(cat $out/${other##*.}/name) differs from $(cat $out/${first##*.}/name)"
+    done
+}
+# What a C program sees of both must be the same program: the parts as they are, and the header made of them.
+parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
+
+# With springls_cl.h, and with it all of springls.h.
+opencl=-DWITH_OPENCL
+. $here/embed.sh
+check "macros all begin with SPRINGLS" prefixed_macros
+for cc in gcc clang; do
+    cxx=${cc/gcc/g}++   # g++, clang++
+    if ! command -v $cc > /dev/null; then echo "$cc: not here, its checks are left out"; continue; fi
+    languages='-std=c99 -std=c11'
+    if command -v $cxx > /dev/null; then languages="$languages -std=c++11 -std=c++20"
+    else echo "$cxx: not here, its checks are left out"; fi
+    for std in $languages; do
+        case $std in *c++*) compile="$cxx -x c++ $std" ;; *) compile="$cc $std" ;; esac
+        for with in "" $opencl; do
+            check "$cc $std $with: declarations" compiles $compile $with $here/use.c
+            check "$cc $std $with: implementation" compiles $compile $with -O1 $here/implement.c
+            check "$cc $std $with: other headers' names stay free" compiles $compile $with -fno-builtin $here/clean_names.c
+        done
+        check "$cc $std: private copy, mostly unused" compiles $compile $opencl $here/static.c
+        check "$cc $std: goes on without OpenCL" without_opencl "$compile"
+    done
+    # Compilers warn of more the more they optimise, and of other things.
+    check "$cc: implementation at -O2" compiles $cc -std=c99 $opencl -O2 $here/implement.c
+    check "$cc: implementation at -O3 -DNDEBUG" compiles $cc -std=c99 $opencl -O3 -DNDEBUG $here/implement.c
+    check "$cc: implementation beside the macros of windows.h" compiles $cc -std=c99 $opencl -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
+    check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
+    check "$cc: the parts compile without the tool" parts_compile $cc
+    for with in "" $opencl; do
+        c99="$cc -std=c99 $with"
+        check "$c99: declarations include only stddef, stdint, stdbool" few_headers "$c99"
+        check "$c99: defines the public functions and no others" only_public_names "$c99"
+        check "$c99: two plain copies clash (so the next checks mean something)" fails two_copies "$c99" "" ""
+        check "$c99: two private copies in one program" two_copies "$c99" -DSPRINGLS_STATIC -DSPRINGLS_STATIC
+        check "$c99: two namespaces in one program" namespaces "$c99"
+        check "$c99: shared library exports the public functions and no others" shared_library "$c99"
+        check "$c99: shared library without SPRINGLS_DLL exports nothing" hidden_library "$c99"
+    done
+    check "$cc: what is installed is complete" installed "$cc -std=c99"
+    check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
+    for flags in -O0 -O3 '-O3 -march=native -fopenmp' '-O2 -DSPRINGLS_NO_SIMD'; do check "$cc $flags: histories" lives $cc $flags; done
+    case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
+done
+wait
+check "all builds leave the same bits" same_lives
+wait
+
+# ---- the result ----
+
+passed=0 failed=0
+for w in $out/???; do
+    if [ -e $w/passed ]; then passed=$((passed + 1))
+    else failed=$((failed + 1)); echo "FAIL $(cat $w/name)"; head -n 8 $w/log | sed 's/^/    /'; fi
+done
+[ $failed != 0 ] || rm -rf $out
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]

@@ -1,0 +1,411 @@
+/* test_resumable_step.c - springls_step_begin and _continue: the same bits however a step is cut, reading in between, what ends a
+   step in progress. Time is a clock of the test's own, so that nothing depends on the machine. */
+#include "fixtures.h"
+
+enum { FLUID, FLUID_PAPER, ELASTIC, ELASTIC_PAPER, ONLY_ADVECT, CUT, LOCKED, PRESERVED, FAR, EDGES, SCENES };
+enum { SIZE = 24 };
+
+/* A clock that goes on by `tick` whenever it is asked. */
+typedef struct ticker { double now, tick; } ticker;
+
+static double ticker_now(void *user)
+{
+    ticker *t = (ticker *)user;
+    t->now += t->tick;
+    return t->now;
+}
+
+typedef struct scene {
+    springls_context *ctx;
+    springls_deformation_flow flow;
+    springls_forces forces;
+    springls_step_desc step;
+    ticker clock;
+} scene;
+
+static springls_status scene_begin(scene *s, int which)
+{
+    const int paper = which == FLUID_PAPER || which == ELASTIC_PAPER || which == PRESERVED;
+    springls_params p = paper ? springls_paper_params() : springls_default_params();
+    springls_desc desc = fixture_desc(SIZE, &p);
+    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    springls_box box = { { 11.5f, 11.5f, 11.5f }, { 5.0f, 4.0f, 6.0f } };
+    springls_status status;
+    memset(s, 0, sizeof *s);
+    p.resample_period = 2;
+    p.volume_lock = which == LOCKED;
+    if (which == PRESERVED) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+    if (which == FAR) p.relax_iterations = 3;
+    s->clock.tick = 1.0;
+    desc.trace.now = ticker_now;
+    desc.trace.user = &s->clock;
+    s->flow.grid_size = (float)SIZE;
+    s->flow.period = 3.0f;
+    s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
+    s->step = fixture_step(&s->forces,
+                           which == ELASTIC || which == ELASTIC_PAPER ? SPRINGLS_MODE_ELASTIC
+                               : which == ONLY_ADVECT                 ? SPRINGLS_MODE_ADVECT_ONLY
+                                                                      : SPRINGLS_MODE_FLUID,
+                           0.03f);
+    if (which == CUT) {
+        s->step.dt = 0.12f;
+        s->step.max_displacement = 0.6f;
+    }
+    if (which == PRESERVED) s->step.stop_at_topology = true;
+    if (which == FAR) s->step.dt = 0.4f; /* further than phi can be carried */
+    status = springls_create(&desc, &s->ctx);
+    if (status != SPRINGLS_OK) return status;
+    return which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box)
+                          : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball);
+}
+
+/* Anything that may be asked while a step is in progress. */
+static springls_status look_around(springls_context *ctx)
+{
+    float points[6] = { 3.0f, 4.0f, 5.0f, 11.0f, 12.0f, 13.0f }, out[6];
+    uint8_t inside[2];
+    springls_hit hit[2];
+    SPRINGLS__TRY(springls_sample_distance(ctx, points, 2, out));
+    SPRINGLS__TRY(springls_sample_inside(ctx, points, 2, inside));
+    SPRINGLS__TRY(springls_closest(ctx, points, 2, hit));
+    if (hit[0].springl < 0 || hit[0].springl >= springls_count(ctx)
+        || springls_view_particles(ctx).count != springls_count(ctx))
+        return SPRINGLS_NON_FINITE;
+    return springls_raycast(ctx, points, points + 3, 1, 0.0f, hit);
+}
+
+/* Three steps at once, and in parts of `seconds`; curious: and somebody looks in between. */
+TEST the_same_bits_however_it_is_cut(int which, double seconds, int curious)
+{
+    scene whole, cut;
+    int i, calls = 0;
+    ASSERT_OK(scene_begin(&whole, which));
+    ASSERT_OK(scene_begin(&cut, which));
+    for (i = 0; i < 3; i++) {
+        bool done = false;
+        ASSERT_OK(springls_step(whole.ctx, &whole.step));
+        ASSERT_OK(springls_step_begin(cut.ctx, &cut.step));
+        while (!done) {
+            ASSERT(springls_step_in_progress(cut.ctx));
+            ASSERT_OK(springls_step_continue(cut.ctx, seconds, &done));
+            if (curious && calls % 3 == 0) ASSERT_OK(look_around(cut.ctx));
+            calls++;
+        }
+        ASSERT(!springls_step_in_progress(cut.ctx));
+        ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(cut.ctx));
+        ASSERT_EQ(springls_time(whole.ctx), springls_time(cut.ctx));
+        ASSERT_EQ(springls_get_stats(whole.ctx).steps, springls_get_stats(cut.ctx).steps);
+        ASSERT_EQ(springls_get_stats(whole.ctx).added, springls_get_stats(cut.ctx).added);
+        ASSERT_EQ(springls_get_stats(whole.ctx).removed, springls_get_stats(cut.ctx).removed);
+    }
+    if (seconds == 0.0) ASSERT_GT(calls, which == ONLY_ADVECT ? 9 : 40);
+    if (seconds > 1e9) ASSERT_EQ(3, calls);
+    springls_destroy(whole.ctx);
+    springls_destroy(cut.ctx);
+    PASS();
+}
+
+/* A clock that goes on with the work that is given out: `cost` seconds an element. */
+static double work_clock;
+static void costly_for(void *user, int count, int grain, springls_task task, void *arg)
+{
+    (void)grain;
+    work_clock += *(const double *)user * (double)count;
+    task(arg, 0, count);
+}
+
+static double work_now(void *user)
+{
+    (void)user;
+    return work_clock;
+}
+
+/* Loops that are cut take no longer than they are allowed, but for a smallest piece or a loop that is not cut. */
+TEST a_budget_is_kept(void)
+{
+    double cost = 1e-6, longest = 0.0, sum = 0.0;
+    const double budget = 1e-3;
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_sphere ball = fixture_ball(11.5f, 11.5f, 11.5f, 8.0f);
+    scene s;
+    bool done = false;
+    int calls = 0;
+    if (desc.backend) SKIPm("a device does loops whole");
+    ASSERT_OK(scene_begin(&s, FLUID));
+    springls_destroy(s.ctx);
+    desc.tasks.parallel_for = costly_for;
+    desc.tasks.user = &cost;
+    desc.trace.now = work_now;
+    work_clock = 0.0;
+    ASSERT_OK(springls_create(&desc, &s.ctx));
+    ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &ball));
+    ASSERT_OK(springls_step_begin(s.ctx, &s.step));
+    while (!done) {
+        double before = work_clock;
+        ASSERT_OK(springls_step_continue(s.ctx, budget, &done));
+        if (work_clock - before > longest) longest = work_clock - before;
+        sum += work_clock - before;
+        calls++;
+    }
+    ASSERT_GT(sum, 10.0 * budget);
+    ASSERT_GT(calls, 8);
+ASSERT_LT(longest, budget + cost * 4.0 * springls_count(s.ctx));
+    springls_destroy(s.ctx);
+    PASS();
+}
+
+typedef enum ender {
+    BY_STEP,
+    BY_STAGE,
+    BY_PARAMS,
+    BY_TIME,
+    BY_MASK,
+    BY_REFERENCE,
+    BY_SPEED,
+    BY_MESH,
+    BY_MEASURE,
+    BY_CHUNKS,
+    BY_SNAPSHOT,
+    BY_ATTRIBUTE,
+    BY_OFFSET,
+    BY_COMBINING,
+    BY_BEGIN,
+    ENDERS
+} ender;
+
+static springls_status end_by(scene *s, ender which)
+{
+    springls_context *ctx = s->ctx;
+    springls_params p = springls_get_params(ctx);
+    springls_measures measures;
+    springls_mesh mesh;
+    springls_chunks *chunks;
+    const springls_chunk *changed;
+    springls_sphere bite = fixture_ball(13.0f, 12.0f, 12.0f, 4.0f);
+    springls_attribute_desc heat = { "heat", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    springls_status status = SPRINGLS_OK;
+    float speed;
+    size_t size;
+    int count;
+    switch (which) {
+    case BY_STEP: return springls_step(ctx, &s->step);
+    case BY_STAGE: return springls_relax(ctx);
+    case BY_PARAMS: return springls_set_params(ctx, &p);
+    case BY_TIME: springls_set_time(ctx, springls_time(ctx)); return SPRINGLS_OK;
+    case BY_MASK: return springls_set_relax_mask(ctx, NULL);
+    case BY_REFERENCE: return springls_set_reference(ctx);
+    case BY_SPEED: return springls_max_speed(ctx, &s->forces, 0.0f, &speed);
+    case BY_MESH:
+        status = springls_extract_mesh(ctx, &mesh);
+        springls_mesh_free(ctx, &mesh);
+        return status;
+    case BY_MEASURE: return springls_measure(ctx, &measures);
+    case BY_CHUNKS:
+        status = springls_chunks_create(ctx, NULL, &chunks);
+        if (status == SPRINGLS_OK) status = springls_chunks_update(ctx, chunks, &changed, &count);
+        springls_chunks_destroy(ctx, chunks);
+        return status;
+    case BY_SNAPSHOT: return springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size);
+    case BY_OFFSET: return springls_offset(ctx, 0.5f);
+    case BY_COMBINING: return springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &bite);
+    case BY_ATTRIBUTE: return springls_add_attribute(ctx, &heat, NULL, NULL);
+    default: return springls_step_begin(ctx, &s->step);
+    }
+}
+
+/* What needs the model whole ends the step first, and then does what it does after a whole step. */
+TEST others_end_the_step(int which)
+{
+    scene whole, cut;
+    bool done;
+    int i;
+    ASSERT_OK(scene_begin(&whole, FLUID));
+    ASSERT_OK(scene_begin(&cut, FLUID));
+    for (i = 0; i < 2; i++) ASSERT_OK(springls_step(whole.ctx, &whole.step));
+    ASSERT_OK(springls_step(cut.ctx, &cut.step));
+    ASSERT_OK(springls_step_begin(cut.ctx, &cut.step));
+    for (i = 0; i < 12; i++) ASSERT_OK(springls_step_continue(cut.ctx, 0.0, &done));
+    ASSERT(!done);
+    ASSERT_OK(end_by(&whole, (ender)which));
+    ASSERT_OK(end_by(&cut, (ender)which));
+    ASSERT_EQ(which == BY_BEGIN, springls_step_in_progress(cut.ctx));
+    ASSERT_EQ(springls_get_stats(whole.ctx).steps, springls_get_stats(cut.ctx).steps);
+    ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(cut.ctx));
+    springls_destroy(whole.ctx);
+    springls_destroy(cut.ctx);
+    PASS();
+}
+
+/* Inputs and reset drop it; the next life is like any. */
+TEST inputs_drop_the_step(int by_reset)
+{
+    springls_sphere ball = fixture_ball(12.0f, 12.0f, 12.0f, 5.0f);
+    scene s, other;
+    bool done;
+    int i;
+    ASSERT_OK(scene_begin(&s, FLUID));
+    ASSERT_OK(scene_begin(&other, FLUID));
+    ASSERT_OK(springls_step_begin(s.ctx, &s.step));
+    for (i = 0; i < 7; i++) ASSERT_OK(springls_step_continue(s.ctx, 0.0, &done));
+    ASSERT(!done);
+    if (by_reset) {
+        ASSERT_OK(springls_reset(s.ctx));
+        ASSERT_EQ(0, springls_count(s.ctx));
+        ASSERT(!springls_step_in_progress(s.ctx));
+    }
+    ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &ball));
+    ASSERT_OK(springls_set_implicit(other.ctx, springls_implicit_sphere, &ball));
+    ASSERT(!springls_step_in_progress(s.ctx));
+    ASSERT_OK(springls_step(s.ctx, &s.step));
+    ASSERT_OK(springls_step(other.ctx, &other.step));
+    ASSERT_EQ(springls_state_hash(other.ctx), springls_state_hash(s.ctx));
+    springls_destroy(s.ctx);
+    springls_destroy(other.ctx);
+    PASS();
+}
+
+static void broken(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)user;
+    (void)points;
+    (void)time;
+    for (i = 0; i < 3 * count; i++) out[i] = i % 7 == 3 ? (float)NAN : 0.1f;
+}
+
+/* A force that fails ends the step with the model as it was. */
+TEST failures_end_the_step(void)
+{
+    scene s;
+    uint64_t before;
+    springls_status status = SPRINGLS_OK;
+    bool done = false;
+    ASSERT_OK(scene_begin(&s, FLUID));
+    ASSERT_OK(springls_step(s.ctx, &s.step));
+    before = springls_state_hash(s.ctx);
+    s.forces.velocity = broken;
+    ASSERT_OK(springls_step_begin(s.ctx, &s.step));
+    while (status == SPRINGLS_OK && !done) status = springls_step_continue(s.ctx, 0.0, &done);
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, status);
+    ASSERT(done);
+    ASSERT(!springls_step_in_progress(s.ctx));
+    ASSERT_EQ(before, springls_state_hash(s.ctx));
+    s.forces.velocity = springls_velocity_deformation;
+    ASSERT_OK(springls_step(s.ctx, &s.step));
+    springls_destroy(s.ctx);
+    PASS();
+}
+
+/* _begin copies what it is given. */
+TEST descriptions_are_copied(void)
+{
+    scene whole, cut;
+    bool done = false;
+    ASSERT_OK(scene_begin(&whole, FLUID));
+    ASSERT_OK(scene_begin(&cut, FLUID));
+    ASSERT_OK(springls_step(whole.ctx, &whole.step));
+    ASSERT_OK(springls_step_begin(cut.ctx, &cut.step));
+    memset(&cut.forces, 0, sizeof cut.forces);
+    memset(&cut.step, 0, sizeof cut.step);
+    while (!done) ASSERT_OK(springls_step_continue(cut.ctx, 0.0, &done));
+    ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(cut.ctx));
+    springls_destroy(whole.ctx);
+    springls_destroy(cut.ctx);
+    PASS();
+}
+
+static int depth[SPRINGLS_STAGE_COUNT], unbalanced;
+static void watch(void *user, int stage, int begin, double seconds)
+{
+    (void)user;
+    depth[stage] += begin ? 1 : -1;
+    unbalanced += depth[stage] < 0 || depth[stage] > 1 || seconds < 0.0;
+}
+
+/* Every stage that has begun for the trace ends there, of steps that are dropped too, and its clock stands still between
+   parts. */
+TEST stages_are_traced_once(void)
+{
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    scene s;
+    bool done = false;
+    int i;
+    ASSERT_OK(scene_begin(&s, FLUID));
+    springls_destroy(s.ctx);
+    s.clock.tick = 0.0;
+    desc.trace.now = ticker_now;
+    desc.trace.user = &s.clock;
+    desc.trace.stage = watch;
+    memset(depth, 0, sizeof depth);
+    unbalanced = 0;
+    ASSERT_OK(springls_create(&desc, &s.ctx));
+    for (i = 0; i < 2; i++) {
+        springls_sphere ball = fixture_ball(11.0f, 11.0f, 12.0f, 6.0f);
+        int call;
+        ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &ball));
+        ASSERT_OK(springls_step_begin(s.ctx, &s.step));
+        for (call = 0, done = false; !done && (i == 1 || call < 4); call++) {
+            s.clock.now += 100.0; /* between the calls */
+            ASSERT_OK(springls_step_continue(s.ctx, 0.0, &done));
+        }
+    }
+    ASSERT(done);
+    ASSERT_EQ(0, unbalanced);
+    for (i = 0; i < SPRINGLS_STAGE_COUNT; i++) {
+        ASSERT_EQ(0, depth[i]);
+        ASSERT_EQ(0.0, springls_get_stats(s.ctx).seconds[i]);
+    }
+    springls_destroy(s.ctx);
+    PASS();
+}
+
+TEST wrong_arguments_are_told(void)
+{
+    scene s;
+    bool done = false;
+    springls_step_desc bad;
+    ASSERT_OK(scene_begin(&s, FLUID));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(NULL, &s.step));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_continue(NULL, 1.0, &done));
+    ASSERT(done);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_continue(s.ctx, 1.0, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_continue(s.ctx, -1.0, &done));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_continue(s.ctx, (double)NAN, &done));
+    done = false;
+    ASSERT_OK(springls_step_continue(s.ctx, 1.0, &done)); /* nothing to do */
+    ASSERT(done);
+    ASSERT(!springls_step_in_progress(NULL));
+    bad = s.step;
+    bad.dt = -1.0f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, &bad));
+    ASSERT(!springls_step_in_progress(s.ctx));
+    ASSERT_OK(springls_reset(s.ctx));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_step_begin(s.ctx, &s.step));
+    springls_destroy(s.ctx);
+    springls_destroy(NULL);
+    PASS();
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    int which;
+    GREATEST_MAIN_BEGIN();
+    for (which = 0; which < SCENES; which++) {
+        RUN_TESTp(the_same_bits_however_it_is_cut, which, 0.0, 0);
+        RUN_TESTp(the_same_bits_however_it_is_cut, which, 7.0, 1);
+    }
+    RUN_TESTp(the_same_bits_however_it_is_cut, FLUID, 23.0, 0);
+    RUN_TESTp(the_same_bits_however_it_is_cut, FLUID, HUGE_VAL, 0);
+    RUN_TEST(a_budget_is_kept);
+    for (which = 0; which < ENDERS; which++) RUN_TESTp(others_end_the_step, which);
+    RUN_TESTp(inputs_drop_the_step, 0);
+    RUN_TESTp(inputs_drop_the_step, 1);
+    RUN_TEST(failures_end_the_step);
+    RUN_TEST(descriptions_are_copied);
+    RUN_TEST(stages_are_traced_once);
+    RUN_TEST(wrong_arguments_are_told);
+    GREATEST_MAIN_END();
+}

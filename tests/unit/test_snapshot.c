@@ -1,0 +1,449 @@
+/* test_snapshot.c - a snapshot goes on to the bit, here, elsewhere and on the other backend; a block that is not good is
+   refused, and the model stays as it was. */
+#include "fixtures.h"
+
+enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, COMBINED, SCENES };
+enum { SIZE = 24 };
+
+typedef struct scene {
+    springls_context *ctx;
+    springls_deformation_flow flow;
+    springls_forces forces;
+    springls_step_desc step;
+} scene;
+
+/* A sphere as a mesh of 320 triangles turned inside out: it has a source. */
+static springls_status ball_mesh(springls_context *ctx)
+{
+    springls_context *other = fixture_sphere(SIZE, NULL, 11.0f, 11.5f, 12.0f, 6.0f);
+    springls_mesh mesh;
+    springls_status status = springls_extract_mesh(other, &mesh);
+    int t;
+    for (t = 0; t < mesh.triangle_count; t++) {
+        int corner = mesh.triangles[3 * t];
+        mesh.triangles[3 * t] = mesh.triangles[3 * t + 1];
+        mesh.triangles[3 * t + 1] = corner;
+    }
+    if (status == SPRINGLS_OK)
+        status =
+            springls_set_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL);
+    springls_mesh_free(other, &mesh);
+    springls_destroy(other);
+    return status;
+}
+
+/* tasks NULL: none; empty: a context without a model. */
+static springls_status scene_begin(scene *s, int which, const springls_tasks *tasks, springls_backend *backend, int empty)
+{
+    const int paper = which == FLUID_PAPER || which == PRESERVED;
+    springls_params p = paper ? springls_paper_params() : springls_default_params();
+    springls_desc desc = fixture_desc(SIZE, empty ? NULL : &p);
+    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    springls_box box = { { 11.5f, 11.5f, 11.5f }, { 5.0f, 4.0f, 6.0f } };
+    springls_attribute_desc colour = {"colour", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND},
+                            label = {"label", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY};
+    int i;
+    memset(s, 0, sizeof *s);
+    p.resample_period = 3;
+    p.volume_lock = which == LOCKED;
+    if (which == PRESERVED) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+    if (tasks) desc.tasks = *tasks;
+    desc.backend = backend;
+    s->flow.grid_size = (float)SIZE;
+    s->flow.period = 3.0f;
+    s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
+    s->step = fixture_step(&s->forces, which == ELASTIC ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 0.03f);
+    SPRINGLS__TRY(springls_create(&desc, &s->ctx));
+    if (empty) return SPRINGLS_OK;
+    if (which == MESH) SPRINGLS__TRY(ball_mesh(s->ctx));
+    else
+        SPRINGLS__TRY(which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box)
+                                     : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball));
+    if (which == COMBINED) {
+        springls_sphere bite = fixture_ball(14.0f, 11.0f, 12.0f, 4.0f);
+        SPRINGLS__TRY(springls_combine_implicit(s->ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &bite));
+    }
+    if (which == FLUID || which == MESH) {
+        float *values = (float *)malloc(3 * (size_t)springls_count(s->ctx) * sizeof *values);
+        for (i = 0; i < 3 * springls_count(s->ctx); i++) values[i] = 0.01f * (float)(i % 97);
+        SPRINGLS__TRY(springls_add_attribute(s->ctx, &colour, values, NULL));
+        SPRINGLS__TRY(springls_add_attribute(s->ctx, &label, values, NULL));
+        free(values);
+    }
+    return SPRINGLS_OK;
+}
+
+static springls_status steps(scene *s, int count)
+{
+    for (; count > 0; count--) SPRINGLS__TRY(springls_step(s->ctx, &s->step));
+    return SPRINGLS_OK;
+}
+
+/* All that can be told of a model, as one number. */
+static uint64_t digest(springls_context *ctx)
+{
+    uint64_t hash = springls_state_hash(ctx);
+    springls_stats stats = springls_get_stats(ctx);
+    float points[9] = { 5.0f, 12.0f, 12.0f, 11.0f, 3.0f, 13.0f, 20.0f, 21.0f, 9.0f };
+    double numbers[6];
+    springls_hit hits[3];
+    int i;
+    for (i = 0; i < springls_attribute_count(ctx); i++) {
+        springls_view view = springls_view_attribute(ctx, i);
+        hash = springls__hash(hash, view.data, (size_t)view.count * view.stride);
+    }
+    hash = springls__hash(hash, springls_generations(ctx), (size_t)springls_count(ctx) * sizeof(uint32_t));
+    numbers[0] = springls_time(ctx);
+    numbers[1] = (double)stats.added;
+    numbers[2] = (double)stats.removed;
+    numbers[3] = (double)stats.steps;
+    numbers[4] = (double)stats.at_edges;
+    numbers[5] = (double)springls_material_triangle_count(ctx);
+    hash = springls__hash(hash, numbers, sizeof numbers);
+    memset(hits, 0, sizeof hits);
+    if (springls_count(ctx) && springls_closest(ctx, points, 3, hits) != SPRINGLS_OK) return 0;
+    return springls__hash(hash, hits, sizeof hits);
+}
+
+typedef struct block { void *bytes; size_t size; } block;
+
+static springls_status take(springls_context *ctx, springls_snapshot_kind kind, block *b)
+{
+    SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &b->size));
+    b->bytes = malloc(b->size);
+    return springls_snapshot(ctx, kind, b->bytes, b->size, &b->size);
+}
+
+/* After each of seven steps: what follows is the same from a snapshot, with threads, in an empty context, and on the scalar
+   backend as on the other. */
+TEST it_goes_on_to_the_bit(int which)
+{
+    fixture_workers workers;
+    springls_tasks tasks = fixture_tasks(&workers, 3, 1);
+    scene s, other;
+    int k;
+    for (k = 0; k < 7; k++) {
+        block all, frame;
+        uint64_t end;
+        ASSERT_OK(scene_begin(&s, which, NULL, fixture_backend(), 0));
+        ASSERT_OK(steps(&s, k));
+        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &all));
+        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &frame));
+        ASSERT_LT(frame.size, all.size);
+        ASSERT_OK(steps(&s, 4));
+        end = digest(s.ctx);
+        ASSERT(end != 0);
+        ASSERT_OK(springls_restore(s.ctx, frame.bytes, frame.size)); /* back, here */
+        ASSERT_OK(steps(&s, 4));
+        ASSERT_EQ(end, digest(s.ctx));
+        ASSERT_OK(scene_begin(&other, which, &tasks, k % 2 ? NULL : fixture_backend(), 1)); /* elsewhere */
+        ASSERT_OK(springls_restore(other.ctx, all.bytes, all.size));
+        ASSERT_OK(steps(&other, 1));
+        ASSERT_OK(springls_restore(other.ctx, frame.bytes, frame.size)); /* the same original surface now */
+        ASSERT_OK(steps(&other, 4));
+        ASSERT_EQ(end, digest(other.ctx));
+        springls_destroy(s.ctx);
+        springls_destroy(other.ctx);
+        free(all.bytes);
+        free(frame.bytes);
+    }
+    PASS();
+}
+
+/* Taking one changes nothing, and one of what has been restored is the same bytes. */
+TEST blocks_say_the_same_again(int which)
+{
+    scene s, plain, other;
+    block first, again;
+    int i;
+    ASSERT_OK(scene_begin(&s, which, NULL, fixture_backend(), 0));
+    ASSERT_OK(scene_begin(&plain, which, NULL, fixture_backend(), 0));
+    for (i = 0; i < 4; i++) {
+        ASSERT_OK(steps(&s, 1));
+        ASSERT_OK(steps(&plain, 1));
+        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &first));
+        free(first.bytes);
+        ASSERT_EQ(digest(plain.ctx), digest(s.ctx));
+    }
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &first));
+    ASSERT_OK(scene_begin(&other, which, NULL, NULL, 1));
+    ASSERT_OK(springls_restore(other.ctx, first.bytes, first.size));
+    ASSERT_OK(take(other.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &again));
+    ASSERT_EQ(first.size, again.size);
+    ASSERT(memcmp(first.bytes, again.bytes, first.size) == 0);
+    springls_destroy(s.ctx);
+    springls_destroy(plain.ctx);
+    springls_destroy(other.ctx);
+    free(first.bytes);
+    free(again.bytes);
+    PASS();
+}
+
+/* An empty model, too. */
+TEST nothing_is_kept_as_nothing(void)
+{
+    scene s, other;
+    block b;
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 1));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    ASSERT_OK(scene_begin(&other, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(springls_restore(other.ctx, b.bytes, b.size));
+    ASSERT_EQ(0, springls_count(other.ctx));
+    ASSERT_EQ(0, springls_attribute_count(other.ctx));
+    ASSERT_EQ(springls_state_hash(s.ctx), springls_state_hash(other.ctx));
+    springls_destroy(s.ctx);
+    springls_destroy(other.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+static greatest_test_res is_refused(springls_context *ctx, const void *bytes, size_t size, uint64_t before)
+{
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_restore(ctx, bytes, size));
+    ASSERT_GT(strlen(springls_last_error(ctx)), 0u);
+    ASSERT_EQ(before, springls_state_hash(ctx));
+    PASS();
+}
+
+/* Cut anywhere, or with any bit turned: refused. */
+TEST damage_is_refused(void)
+{
+    scene s;
+    block b;
+    unsigned char *bytes;
+    uint64_t before;
+    size_t i;
+    ASSERT_OK(scene_begin(&s, LOCKED, NULL, fixture_backend(), 0));
+    ASSERT_OK(steps(&s, 2));
+    before = springls_state_hash(s.ctx);
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    bytes = (unsigned char *)b.bytes;
+    ASSERT_OK(steps(&s, 1));
+    before = springls_state_hash(s.ctx);
+    for (i = 0; i < b.size; i += i < 4000 ? 7 : 4099) {
+        void *piece = malloc(i ? i : 1); /* of its own, so that reading beyond is seen */
+        memcpy(piece, bytes, i);
+        CHECK_CALL(is_refused(s.ctx, piece, i, before));
+        free(piece);
+    }
+    CHECK_CALL(is_refused(s.ctx, bytes, b.size - 1, before));
+    for (i = 0; i < b.size; i += i < 200 ? 1 : 1 + b.size / 600) {
+        unsigned char bit = (unsigned char)(1u << (i % 8));
+        bytes[i] ^= bit;
+        CHECK_CALL(is_refused(s.ctx, bytes, b.size, before));
+        bytes[i] ^= bit;
+    }
+    ASSERT_OK(springls_restore(s.ctx, bytes, b.size));
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* The head says again that all is well. */
+static void seal(void *bytes, size_t size)
+{
+    springls__snapshot_head head;
+    memcpy(&head, bytes, sizeof head);
+    head.size = size;
+    head.checksum = springls__checksum(head.size, (char *)bytes + sizeof head, size - sizeof head);
+    memcpy(bytes, &head, sizeof head);
+}
+
+/* Numbers that cannot be, under a good checksum: refused, or else harmless. */
+TEST lies_are_refused(int frame)
+{
+    static const uint32_t words[] = { 0u, 1u, 0x7fffffffu, 0x80000000u, 0xffffffffu, 0x7fc00000u, 0x10000u };
+    springls_snapshot_kind kind = frame ? SPRINGLS_SNAPSHOT_KIND_FRAME : SPRINGLS_SNAPSHOT_KIND_ALL;
+    scene s;
+    block b;
+    char *bytes;
+    size_t i, w, refused = 0, taken = 0, end = sizeof(springls__snapshot_head) + sizeof(springls__snapshot_state);
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(steps(&s, 2));
+    ASSERT_OK(take(s.ctx, kind, &b));
+    bytes = (char *)b.bytes;
+    for (i = sizeof(springls__snapshot_head); i + 4 <= b.size; i += i < end + 400 ? 4 : 4 * (b.size / 4 / 300))
+        for (w = 0; w < (i < end ? 7u : 4u); w++) {
+            springls_status status;
+            uint64_t before = springls_state_hash(s.ctx);
+            uint32_t kept;
+            memcpy(&kept, bytes + i, 4);
+            memcpy(bytes + i, &words[i < end ? w : w + 2], 4);
+            seal(bytes, b.size);
+            status = springls_restore(s.ctx, bytes, b.size);
+            if (status == SPRINGLS_OK) {
+                taken++;
+                if (taken % 50 == 0) springls_step(s.ctx, &s.step); /* whatever it says, memory stays whole */
+                memcpy(bytes + i, &kept, 4);
+                seal(bytes, b.size);
+                ASSERT_OK(springls_restore(s.ctx, bytes, b.size));
+            } else {
+                ASSERT(status == SPRINGLS_BAD_SNAPSHOT || status == SPRINGLS_OUT_OF_MEMORY);
+                ASSERT_EQ(before, springls_state_hash(s.ctx));
+                refused++;
+                memcpy(bytes + i, &kept, 4);
+            }
+        }
+    ASSERT_GT(refused, 500u);
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* Another grid, another original surface, no block at all, too little room. */
+TEST strangers_are_refused(void)
+{
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    springls_context *larger = fixture_sphere(SIZE + 8, NULL, 11.0f, 11.0f, 11.0f, 5.0f), *moved;
+    scene s, other;
+    block all, frame;
+    size_t size;
+    desc.grid.origin[1] = 3.0;
+    ASSERT_OK(springls_create(&desc, &moved));
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(scene_begin(&other, EDGES, NULL, fixture_backend(), 0));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &all));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &frame));
+    CHECK_CALL(is_refused(larger, all.bytes, all.size, springls_state_hash(larger)));
+    CHECK_CALL(is_refused(moved, all.bytes, all.size, springls_state_hash(moved)));
+    CHECK_CALL(is_refused(other.ctx, frame.bytes, frame.size, springls_state_hash(other.ctx)));
+    ASSERT_OK(steps(&s, 1));
+    ASSERT_OK(springls_set_reference(s.ctx)); /* its own, but of another time */
+    CHECK_CALL(is_refused(s.ctx, frame.bytes, frame.size, springls_state_hash(s.ctx)));
+    ASSERT_OK(springls_restore(s.ctx, all.bytes, all.size));
+    ASSERT_OK(springls_restore(s.ctx, frame.bytes, frame.size));
+    ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &ball)); /* the same once more */
+    ASSERT_OK(springls_restore(s.ctx, frame.bytes, frame.size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_restore(s.ctx, NULL, 100));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_restore(NULL, all.bytes, all.size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, all.bytes, all.size - 1, &size));
+    ASSERT_EQ(all.size, size);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, (springls_snapshot_kind)7, NULL, 0, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(NULL, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    springls_destroy(s.ctx);
+    springls_destroy(other.ctx);
+    springls_destroy(larger);
+    springls_destroy(moved);
+    free(all.bytes);
+    free(frame.bytes);
+    PASS();
+}
+
+/* Memory that runs out leaves the model as it was. */
+TEST memory_may_run_out(void)
+{
+    springls_sphere small = fixture_ball(8.0f, 8.0f, 8.0f, 3.0f);
+    fixture_heap heap;
+    scene s;
+    block b;
+    int k, failed = 0;
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(steps(&s, 4));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    for (k = 0; k < 60; k++) {
+        springls_desc desc = fixture_desc(SIZE, NULL);
+        springls_context *ctx;
+        springls_status status;
+        uint64_t before, end;
+        desc.allocator = fixture_allocator(&heap);
+        ASSERT_OK(springls_create(&desc, &ctx));
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &small));
+        ASSERT_OK(springls_step(ctx, &s.step));
+        before = digest(ctx);
+        heap.fail_at = heap.calls + k;
+        status = springls_restore(ctx, b.bytes, b.size);
+        heap.fail_at = -1;
+        if (status != SPRINGLS_OK) {
+            failed++;
+            ASSERT_STATUS(SPRINGLS_OUT_OF_MEMORY, status);
+            ASSERT_EQ(before, digest(ctx));
+            ASSERT_OK(springls_step(ctx, &s.step));
+            ASSERT_OK(springls_restore(ctx, b.bytes, b.size));
+        }
+        end = digest(ctx);
+        ASSERT_EQ(digest(s.ctx), end);
+        springls_destroy(ctx);
+        ASSERT_EQ(0, heap.blocks);
+        ASSERT_EQ(0, heap.wrong_sizes);
+    }
+    ASSERT_GT(failed, 10);
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* In the middle of a step: restore drops it. */
+TEST restore_drops_the_step(void)
+{
+    scene s;
+    block b;
+    uint64_t end;
+    bool done;
+    int i;
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &b));
+    ASSERT_OK(steps(&s, 3));
+    end = digest(s.ctx);
+    ASSERT_OK(springls_step_begin(s.ctx, &s.step));
+    for (i = 0; i < 10; i++) ASSERT_OK(springls_step_continue(s.ctx, 0.0, &done));
+    ASSERT(!done);
+    ASSERT_OK(springls_restore(s.ctx, b.bytes, b.size));
+    ASSERT(!springls_step_in_progress(s.ctx));
+    ASSERT_OK(steps(&s, 3));
+    ASSERT_EQ(end, digest(s.ctx));
+    springls_destroy(s.ctx);
+    free(b.bytes);
+    PASS();
+}
+
+/* Amounts that add up to more than a float holds: what has been written is taken back. */
+TEST values_may_overflow(void)
+{
+    springls_context *ctx = fixture_sphere(SIZE, NULL, 11.0f, 11.0f, 11.0f, 5.0f);
+    springls_attribute_desc amount = { "amount", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_SHARE };
+    springls_view view;
+    float *values;
+    block b;
+    int i, infinite = 0;
+    ASSERT(ctx);
+    values = (float *)malloc((size_t)springls_count(ctx) * sizeof *values);
+    for (i = 0; i < springls_count(ctx); i++) values[i] = 3e38f;
+    ASSERT_OK(springls_add_attribute(ctx, &amount, values, NULL));
+    ASSERT_OK(springls_remesh(ctx));
+    view = springls_view_attribute(ctx, 0);
+    for (i = 0; i < view.count; i++) infinite += !(view.data[i] <= FLT_MAX);
+    ASSERT_GT(infinite, 0);
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    ASSERT_OK(springls_reset(ctx));
+    ASSERT_OK(springls_restore(ctx, b.bytes, b.size));
+    view = springls_view_attribute(ctx, 0);
+    for (i = 0; i < view.count; i++) infinite -= !(view.data[i] <= FLT_MAX);
+    ASSERT_EQ(0, infinite);
+    springls_destroy(ctx);
+    free(values);
+    free(b.bytes);
+    PASS();
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    int which;
+    GREATEST_MAIN_BEGIN();
+    for (which = 0; which < SCENES; which++) {
+        RUN_TESTp(it_goes_on_to_the_bit, which);
+        RUN_TESTp(blocks_say_the_same_again, which);
+    }
+    RUN_TEST(nothing_is_kept_as_nothing);
+    RUN_TEST(damage_is_refused);
+    RUN_TESTp(lies_are_refused, 0);
+    RUN_TESTp(lies_are_refused, 1);
+    RUN_TEST(strangers_are_refused);
+    RUN_TEST(memory_may_run_out);
+    RUN_TEST(restore_drops_the_step);
+    RUN_TEST(values_may_overflow);
+    GREATEST_MAIN_END();
+}
