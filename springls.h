@@ -3918,7 +3918,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
-/* Finds the cell of particle i, counted through all slots. */
+/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
@@ -3926,7 +3926,7 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
     (void)args;
     if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
@@ -4315,7 +4315,8 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
@@ -4584,8 +4585,8 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
    `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r,
-                                                             float high)
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
 {
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
@@ -5592,7 +5593,7 @@ SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
 
 SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
 
-/* The case of a cube: bit c is set when corner c is inside. */
+/* Returns the case of a cube: bit c is set when corner c is inside. */
 SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 {
     int mask = 0, c;
@@ -5602,7 +5603,7 @@ SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 
 SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
 
-/* The edge that carries vertex 0, 1 or 2 of a triangle. */
+/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */
 SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 {
     return (int)springls__mc_triangles[mask][3 * triangle + vertex];
@@ -5610,7 +5611,7 @@ SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 
 SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
 
-/* The corner where an edge begins; it ends at this corner | 1 << axis. */
+/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */
 SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
 {
     int k = edge & 3;
@@ -5673,12 +5674,15 @@ SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, i
     return cell;
 }
 
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
+                                                   int edge)
 {
-    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,
+                              springls__mc_edge_crossing(cell, edge));
 }
 
-SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,
+                                                      int y, int z, int triangle)
 {
     springls__tri t;
     t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
@@ -6111,7 +6115,8 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
 }
 
 /* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */
-SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -6121,8 +6126,8 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,
-                                       out + 8 * row);
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,
+                                       args.resolve.last != 0, out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
     }
@@ -6146,7 +6151,8 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     int row, x, o[3];
@@ -7019,7 +7025,8 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
 /* Sets omega at voxel i of the two constant bricks. */
 SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
+    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;
+    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;
 }
 
 /* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */
@@ -7203,7 +7210,8 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture_range;
@@ -7391,7 +7399,8 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
     uint32_t row[4], triangles = 0u, vertices = 0u, own;
     int x;
     for (x = 0; x < 9; x++) cubes[x] = 0u;
-    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]
+        && springls__signs_around(signs, y, z, row))
         for (x = range->lo[0]; x <= range->hi[0]; x++) {
             int mask = springls__case_between(row, x);
             if (springls__mc_count(mask) == 0) continue;
@@ -7405,7 +7414,8 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
 }
 
 /* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
 {
     const springls__group group = model->group;
     SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
@@ -7456,8 +7466,8 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
 }
 
 /* Writes the vertices that a cube owns, and its triangles from number `first` on. */
-SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
-                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,
+                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
     SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
     SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
@@ -7478,7 +7488,8 @@ SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const 
 }
 
 /* Writes vertices and triangles of active brick i. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,
+                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
@@ -8809,8 +8820,9 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 }
 
 /* ======== >>advect  (src/stages/advect.h) ====================================================================== */
-/* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
+/* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
 {
@@ -8839,16 +8851,16 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* What a block's displacements come to. */
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
+/* Writes sigma of eq. 1 at points[0..count). */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
                                  springls__v3 *out)
 {
-    const springls_forces *forces = &job->forces;
+    const springls_forces *forces = &motion->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -8856,41 +8868,41 @@ SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     job->rule.velocity_weight);
+                                     motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
-        springls__field_sample(&job->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->rule.velocity_weight);
+        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3 *points, const springls__v3 *normals, int count,
-                                 float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
+                                 int count, float time, springls__v3 *out)
 {
-    const springls_forces *forces = &job->forces;
+    const springls_forces *forces = &motion->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
-            springls__field_sample(&job->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[0]);
+            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
             out[i] = springls__mad(out[i], normals[i],
-                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+                                   -forces->curvature_weight * springls__curvature_at(&motion->ctx->model.grid, points[i]));
     }
 }
 
-/* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__v3 *x, const springls__v3 *a, int count,
+/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
                                    float time, springls__v3 *slope)
 {
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
@@ -8899,20 +8911,20 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(job, x, count, time, slope);
-    if (!job->ctx->model.params.vertex_velocity) {
-        springls__push(job, x, normals, count, time, slope);
+    springls__flow(motion, x, count, time, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, x, normals, count, time, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
         springls__v3 push[SPRINGLS__ADVECT_BLOCK];
         memset(push, 0, sizeof push);
-        springls__push(job, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(job, x + m * count, count, time, slope + m * count);
+        springls__push(motion, x, normals, count, time, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    if (!job->forces.affine) return;
-    job->forces.affine(job->forces.user, &x[0].x, &a[0].x, count, time, affine);
+    if (!motion->forces.affine) return;
+    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -8920,61 +8932,61 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
             springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
                                                A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
+            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
-    springls__block_motion motion;
+    springls__block_motion block;
     int i, m;
-    motion.largest2 = 0.0f;
-    motion.moving = 0;
-    motion.finite = 1;
+    block.largest2 = 0.0f;
+    block.moving = 0;
+    block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
         for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) motion.finite = 0;
-        motion.largest2 = springls__max(motion.largest2, d2);
-        motion.moving += d2 > 1e-4f;
+            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        block.largest2 = springls__max(block.largest2, d2);
+        block.moving += d2 > 1e-4f;
     }
-    return motion;
+    return block;
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first, int count)
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = job->ctx->model.set.s + first;
-    const springls__v3 *a = job->ctx->model.set.a + first;
-    const springls__grid *g = &job->ctx->model.grid;
+    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__v3 *a = motion->ctx->model.set.a + first;
+    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
+    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[3], k4);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->rule.dt);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = job->displacement[first + i].x;
+        springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (job->rule.stop_at_topology
+        if (motion->rule.stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
                                           springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
                                           springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
+    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
@@ -8982,106 +8994,106 @@ SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
     return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
-/* Of blocks: callbacks see the same batches for any division. */
+/* Displaces some blocks: callbacks see the same batches for any division of the loop. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
-    const springls__motion *job = (const springls__motion *)arg;
+    const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
     }
 }
 
-/* The context's motion: what `forces` do from `time` on in a time of dt. */
+/* Begins the motion by `forces` from `time` to time + dt. */
 SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    springls__motion *job = &ctx->motion;
-    memset(job, 0, sizeof *job);
-    job->ctx = ctx;
+    springls__motion *motion = &ctx->motion;
+    memset(motion, 0, sizeof *motion);
+    motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    job->forces = *forces;
-    job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
-    job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
-    job->rule.curvature_weight = forces->curvature_weight;
-    job->time = time;
-    job->dt = dt;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
-    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity);
+    motion->forces = *forces;
+    motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
+    motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.curvature_weight = forces->curvature_weight;
+    motion->time = time;
+    motion->dt = dt;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
-SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
-    float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
-    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
-        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
-    job->rule.dt = job->dt;
-    job->rule.stage_time[0] = job->time;
-    job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
-    job->rule.stage_time[3] = job->time + spread;
-    job->rule.stop_at_topology = job->stop_at_topology;
+    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
+    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    motion->rule.dt = motion->dt;
+    motion->rule.stage_time[0] = motion->time;
+    motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
+    motion->rule.stage_time[3] = motion->time + spread;
+    motion->rule.stop_at_topology = motion->stop_at_topology;
     return SPRINGLS_OK;
 }
 
-/* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
+/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
-                                                                                     : 0;
+    springls_context *ctx = motion->ctx;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.stop_at_topology;
+    uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
-    job->blocks = springls__block_motions(&ctx->model);
+    motion->blocks = springls__block_motions(&ctx->model);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* After that: the largest particle displacement, or a negative number when any point's is not finite. */
-SPRINGLS__FN void springls__displaced(springls__motion *job)
+/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     float largest2 = 0.0f;
     bool finite = true;
     int i;
-    if (!job->blocks) return; /* the device has told */
-    job->moving = 0;
-    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
-        finite = finite && job->blocks[i].finite;
-        largest2 = springls__max(largest2, job->blocks[i].largest2);
-        job->moving += job->blocks[i].moving;
+    if (!motion->blocks) return; /* the device has found all of it */
+    motion->moving = 0;
+    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
+        finite = finite && motion->blocks[i].finite;
+        largest2 = springls__max(largest2, motion->blocks[i].largest2);
+        motion->moving += motion->blocks[i].moving;
     }
-    job->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
 }
 
-/* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
+/* Returns true when the device can evaluate the forces, and completes the rule for it. */
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
-    const springls_forces *forces = &job->forces;
-    float *n = job->rule.flow_numbers;
+    const springls_forces *forces = &motion->forces;
+    float *n = motion->rule.flow_numbers;
     if (forces->pressure || forces->affine) return false;
-    job->rule.flow = SPRINGLS__FLOW_NONE;
+    motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
-        job->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
         n[0] = flow->grid_size;
         n[1] = flow->period;
     } else if (forces->velocity == springls_velocity_rotation) {
         const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
         springls__v3 axis = springls__normalize(springls__load3(flow->axis));
-        job->rule.flow = SPRINGLS__FLOW_ROTATION;
+        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
         memcpy(n, flow->center, 3 * sizeof *n);
         n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
-        const springls_backend *backend = job->ctx->backend;
+        const springls_backend *backend = motion->ctx->backend;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
-        job->rule.flow = SPRINGLS__FLOW_USER;
+        motion->rule.flow = SPRINGLS__FLOW_USER;
     }
     return true;
 }
 
-/* A sampled field goes to the device once as long as its version stays. */
+/* Sends a sampled field to the device, unless the same version of it is there. */
 SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
                                                        const springls_sampled_field *given, const springls__field *field)
 {
@@ -9096,40 +9108,41 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
+/* Finds all displacements on the device, the largest one and how many springls move. */
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
+    springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
-    if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
+    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    job->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    job->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
-    if (!(job->moved < 1e9f)) job->moved = -1.0f;
+    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
+    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
     return ctx->backend_status;
 }
 
-/* Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *job)
+/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
-    SPRINGLS__TRY(springls__motion_times(job));
+    springls_context *ctx = motion->ctx;
+    SPRINGLS__TRY(springls__motion_times(motion));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    job->displacement = springls__displacement(&ctx->model);
-    job->blocks = NULL;
-    if (ctx->on_device && springls__device_can_displace(job)) {
-        springls_status status = springls__displace_on_device(job);
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->blocks = NULL;
+    if (ctx->on_device && springls__device_can_displace(motion)) {
+        springls_status status = springls__displace_on_device(motion);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    return springls__displace_on_host(job);
+    return springls__displace_on_host(motion);
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -9140,22 +9153,22 @@ enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
-    springls__motion *job = &ctx->motion;
+    springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(job));
+        SPRINGLS__TRY(springls__displace(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
-    springls__displaced(job);
-    if (job->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+    springls__displaced(motion);
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
+        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
-    ctx->stats.largest_displacement = job->moved;
-    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = motion->moved;
+    ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -9163,16 +9176,16 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
-    springls__motion *job = &ctx->motion;
+    springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
-    job->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
-    job->rule.euler = 1;
+    motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(job)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
     springls__finish_loop(ctx);
-    springls__displaced(job);
-    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    *speed = job->moved;
+    springls__displaced(motion);
+    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = motion->moved;
     return SPRINGLS_OK;
 }
 
@@ -9738,10 +9751,10 @@ SPRINGLS__FN springls_status springls__springl_surface_refresh(springls_context 
 }
 
 /* ======== >>inherit  (src/stages/inherit.h) ==================================================================== */
-/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7). The springls change as they would without; at the end of a stage that
-   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
-   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
-   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* inherit.h - attributes follow springls that split, are filled in, merge or are removed (section 4.7). Springls do not depend
+   on them: at the end of a stage that has added or removed some, the values follow, on the host. Rows are found by `parent`, by
+   contract_action, and by the springls around, among which BLEND interpolates in material space: as a function of the
+   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
 
 /* ---- split ---- */
 
@@ -9767,7 +9780,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     return SPRINGLS_OK;
 }
 
-/* The springl of an id, among the first `count`: ids ascend. */
+/* Returns the springl of an id, among the first `count`: ids ascend. */
 SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
 {
     int low = 0, high = count;
@@ -9779,7 +9792,7 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
     return low;
 }
 
-/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+/* What the tasks for new springls are given; new springl number i is springl search.known + i. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
     springls__interpolation_search search;
@@ -9787,12 +9800,13 @@ typedef struct springls__inherit_job {
     float *values;
 } springls__inherit_job;
 
+/* Returns the springl that a child was split from, which is its other half now. */
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
     return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
 }
 
-/* Blended values of both halves, from those that the springls had before. */
+/* Finds the blended values of both halves, from those that the springls had before. */
 SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -9801,16 +9815,18 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
     for (; begin < end; begin++)
         for (half = 0; half < 2; half++) {
             int child = job->search.known + begin;
-            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            int springl = half ? child : springls__other_half(job, child);
+            springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, springl);
             for (i = 0; i < job->ctx->attribute_count; i++) {
                 const springls__attribute *attribute = &job->ctx->attributes[i];
                 if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
-                springls__interpolate_value(attribute, &donors, true, out);
+                springls__interpolate_value(attribute, &sources, true, out);
                 out += attribute->channels;
             }
         }
 }
 
+/* Fills the rows of both halves. */
 SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -9857,12 +9873,12 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
     int i;
     for (; begin < end; begin++) {
         int child = job->search.known + begin;
-        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
+        springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
             float *row = springls__attribute_row(attribute, child);
             if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
+            else springls__interpolate_value(attribute, &sources, attribute->fill == SPRINGLS_POLICY_BLEND, row);
         }
     }
 }
@@ -9898,10 +9914,11 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 
 /* ---- merge ---- */
 
-/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+/* The springl that a removed one merges with: the nearest of its side that stays, -1: none; its distance, and the area of the
+   removed one. */
 typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
-SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *action, int i)
 {
     const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
     const springls__springl *s = ctx->model.set.s;
@@ -9909,31 +9926,31 @@ SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_con
                                                          range * ctx->largest_spacing / ctx->smallest_spacing);
     springls__v3 n = springls__springl_normal(s[i]);
     float best = range * range;
-    springls__merge_target heir;
+    springls__merge_target target;
     int j;
-    heir.index = -1;
-    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
-    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+    target.index = -1;
+    target.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (action[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
         float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
-        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (action[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && target.index >= 0 && j > target.index)) continue;
         if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
         best = d2;
-        heir.index = j;
+        target.index = j;
     }
-    heir.distance = springls__sqrt(best);
-    return heir;
+    target.distance = springls__sqrt(best);
+    return target;
 }
 
 typedef struct springls__merge_targets_job {
     const springls_context *ctx;
-    const uint8_t *fate;
-    springls__merge_target *heirs;
+    const uint8_t *action;
+    springls__merge_target *targets;
 } springls__merge_targets_job;
 
 SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
 {
     const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
-    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
+    for (; begin < end; begin++) job->targets[begin] = springls__merge_target_of(job->ctx, job->action, begin);
 }
 
 SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
@@ -9944,7 +9961,7 @@ SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
     return false;
 }
 
-/* SCRATCH1 has the fate of every springl. */
+/* Finds the merge targets of the springls that contract_action removes. */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
     springls__merge_targets_job job;
@@ -9956,54 +9973,54 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = springls__contract_action(&ctx->model);
-    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    job.action = springls__contract_action(&ctx->model);
+    job.targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
 }
 
-/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
-SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+/* Adds row from_row to row to_row of an attribute; for a mean, with weight `share` of the former. */
+SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int to_row, int from_row, float share)
 {
-    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    float *to = springls__attribute_row(attribute, to_row), *from = springls__attribute_row(attribute, from_row);
     int c;
     for (c = 0; c < attribute->channels; c++)
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
-   leaves its share. */
+/* Merges the rows of removed springls into those of their targets: a mean by area where one was too close to the other, sums
+   always. */
 SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 {
-    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
     for (i = 0; i < count; i++) {
-        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
-        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
-        if (!heir) continue;
+        springls__merge_target *target = targets[i].index < 0 ? NULL : &targets[targets[i].index];
+        bool merged = targets[i].distance <= ctx->model.params.merge_distance && targets[i].area > 0.0f;
+        if (!target) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
-                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
-                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
-        if (merged) heir->area += heirs[i].area;
+                springls__merge_row(&ctx->attributes[k], targets[i].index, i,
+                                    merged ? targets[i].area / (targets[i].area + target->area) : 0.0f);
+        if (merged) target->area += targets[i].area;
     }
 }
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = springls__contract_action(&ctx->model);
+    const uint8_t *action = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
     for (k = 0; k < ctx->attribute_count; k++)
         for (i = n = 0; i < count; i++)
-            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+            if (action[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
 }
 
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
+/* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
@@ -10011,7 +10028,8 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED,
+       SPRINGLS__CONTRACT_REMOVE };
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
@@ -10053,7 +10071,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     }
 }
 
-/* By phi as it is. */
+/* Contracts by phi as it is now. */
 SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sample_phi(ctx));
@@ -10064,7 +10082,8 @@ SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
    Inside is 6-connected and outside 26-connected, here and in marching cubes. */
 
-/* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
+/* Takes over the changes of phi_next that keep the topology. A pass moves the front by about a voxel: `passes` of them allow a
+   step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
     springls__arguments args;
@@ -10075,7 +10094,7 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 }
 
 /* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
-/* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
 /* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
@@ -10091,7 +10110,8 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__ROLE_BIT(brick_rank)));
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
+                                        | SPRINGLS__ROLE_BIT(brick_rank)));
     first = model->cells.brick_list_first;
     memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
     for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
@@ -10101,7 +10121,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
+/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -10118,9 +10138,9 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 }
 
 /* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 23). */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
 
-/* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
+/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
     if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
@@ -10147,10 +10167,10 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 }
 
 /* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
-   comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
+   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
 
-/* Where they are wanted. Ends with a loop. */
+/* Finds the springls missing beside others. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
@@ -10163,6 +10183,7 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Chooses among them, and adds as many as there is room for. */
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     springls__arguments args;
@@ -10186,9 +10207,9 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 }
 
 /* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
-/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
 
-/* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
+/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
     springls__arguments args;
@@ -10203,7 +10224,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
     return SPRINGLS_OK;
 }
 
-/* ... get springls. */
+/* Adds springls there, as many as there is room for. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     springls__arguments args;
@@ -10218,7 +10239,7 @@ SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* The new springls, behind `first` others, take their place among them. */
+/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
 SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
     springls__arguments args;
@@ -10227,7 +10248,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     if (added == 0) return;
     args.fit.first = first;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -10237,7 +10258,7 @@ enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FI
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
@@ -10263,7 +10284,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 }
 
 /* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
-/* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
 
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
@@ -10273,11 +10294,11 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Bricks that the band has reached are added, bricks that it has left are dropped. */
+/* Adds the bricks that the band has reached, and drops those that it has left. */
 SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    uint32_t *reach;
+    uint32_t *mask;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
@@ -10290,14 +10311,14 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    reach = springls__band_mask(&ctx->model);
+    mask = springls__band_mask(&ctx->model);
     keep = springls__band_keeps(&ctx->model);
     wanted = springls__band_bricks(&ctx->model);
     rank = springls__band_rank(&ctx->model);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
                                     SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps) | SPRINGLS__ROLE_BIT(band_bricks)
-                                        | SPRINGLS__ROLE_BIT(band_rank)));
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -10307,7 +10328,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
             brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;
@@ -10351,7 +10372,7 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 }
 
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
-/* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 
 enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
 
@@ -10370,12 +10391,13 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
         springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
+            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
         return SPRINGLS_OK;
     }
 }
 
-/* Flipped triangles are turned round (section 4.3.1). */
+/* Turns flipped triangles round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
@@ -10411,7 +10433,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 }
 
 /* ======== >>track  (src/stages/track.h) ======================================================================== */
-/* track.h - where on the original surface a springl belongs (section 4.7). */
+/* track.h - keeps correspondences on the original surface (section 4.7). */
 
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
@@ -10420,12 +10442,12 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 }
 
 /* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
-/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the whole border of
-   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
-   is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
-   and hollows that the background cannot reach are outside as well. */
+/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
+   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
+   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
+   cannot reach are outside too. */
 
-/* Bricks within the band of any springl; everything else is dropped first. */
+/* Makes the bricks within the band of any springl the active ones. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -10454,14 +10476,14 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* The background grows through bricks: the coarse levels of the paper, each to its end. */
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     int step = 1, axis, lines;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* more than there are lines */
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
     for (; step >= 1; step /= 2)
@@ -10478,7 +10500,7 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* ... and by blocks of voxels in the active bricks. */
+/* Grows the background by blocks of voxels in the active bricks. */
 SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -10494,8 +10516,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
-   thread's work. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
+   is the work of one thread. */
 typedef struct springls__region {
     springls_context *ctx;
     uint8_t *state;       /* of the bricks                                              */
@@ -10506,7 +10528,7 @@ typedef struct springls__region {
 enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
 static const float springls__counted = -2.0f; /* a voxel that is            */
 
-/* The place in phi of the i-th voxel of the active bricks. */
+/* Returns the place in phi of the i-th voxel of the active bricks. */
 SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 {
     return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
@@ -10517,6 +10539,7 @@ SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
     return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
+/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
 {
     springls__grid *g = &r->ctx->model.grid;
@@ -10538,7 +10561,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
     r->member[r->count++] = v;
 }
 
-/* From a voxel, or from the faces of a constant brick, to what lies beside it. */
+/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
@@ -10557,6 +10580,7 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
             }
 }
 
+/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
 SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
 {
     springls__grid *g = &r->ctx->model.grid;
@@ -10572,7 +10596,7 @@ SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
     }
 }
 
-/* Regions one after the other, each flooded from its first voxel. */
+/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
 SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -10596,8 +10620,8 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
-       SPRINGLS__SIGN_COMMIT };
+enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE,
+       SPRINGLS__SIGN_SIDES, SPRINGLS__SIGN_COMMIT };
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
@@ -10605,7 +10629,8 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
     case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        if (ctx->model.set.count == 0)
+            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
@@ -10632,11 +10657,11 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 }
 
 /* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
-/* edges.h - sharp edges stay sharp (params.keep_edges): springls at a crease belong to one side of it. Their places are exact
-   where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
+/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
+   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
    both sides. */
 
-/* Finds the springls at creases (edge), and the normal and place that each has on its side. */
+/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
 SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
 {
     int count = ctx->model.set.count;
@@ -10653,10 +10678,11 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     return SPRINGLS_OK;
 }
 
-/* Edges of a model that has just been set. Others are not looked for later: what bends sharply in motion is no edge. */
+/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
+   edge. */
 SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
 
-/* Springls at a crease are turned, each about its particle, into their own side. */
+/* Turns springls at a crease, each about its particle, into their sides. */
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
@@ -10668,8 +10694,8 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 
 /* ---- initial springls ---- */
 
-/* phi's gradient at a voxel, as a unit vector: central where that is as long as a distance's should be, else of the differences
-   to either side those that are. Zero where none are. */
+/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
+   one-sided differences that are; 0 where none are. */
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;
@@ -10692,10 +10718,10 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
-   leaves the distances inside it unrounded, a concave one those outside. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
+   convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__sample_set *crowd)
+                                        springls__sample_set *samples)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -10703,7 +10729,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
     lo[1] = (int)springls__floor(x.y - radius);
     lo[2] = (int)springls__floor(x.z - radius);
     for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
-    crowd->count = 0;
+    samples->count = 0;
     for (k = lo[2]; k <= hi[2]; k++)
         for (j = lo[1]; j <= hi[1]; j++)
             for (i = lo[0]; i <= hi[0]; i++) {
@@ -10713,11 +10739,12 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__sample_set_add(crowd, foot, n, foot, weight * weight, -2);
+                if (weight > 0.0f && springls__length2(n) > 0.5f)
+                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
             }
 }
 
-/* A corner of a triangle that sticks out beyond an edge, drawn back towards the particle. */
+/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
 SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
 {
     const float out = 0.1f; /* voxel */
@@ -10726,20 +10753,20 @@ SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls_
     return q;
 }
 
-/* The springl on one side of a crease that it cut across. */
+/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
-    const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
+    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
     springls__v3 n = springls__springl_normal(*s);
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__sides sides;
     springls__fit_result fit;
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
-        springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__sample_set_sides(&crowd, 0.0f, false);
+        springls__gather_feet(g, s->p, radius, !outside, &samples);
+        sides = springls__sample_set_sides(&samples, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
+        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++)
             s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
@@ -10752,7 +10779,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
-/* Central differences. */
+/* Returns the gradient of phi at a voxel by central differences. */
 SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
 {
     return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
@@ -10760,7 +10787,7 @@ SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int 
                              0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
 }
 
-/* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
     int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
@@ -10784,7 +10811,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     }
 }
 
-/* Initial springls of a level set that cut across a crease are moved to one side of it. */
+/* Moves the initial springls of a level set that cut across a crease to one side of it. */
 SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
@@ -10792,16 +10819,16 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 }
 
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
-/* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
-   of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
+/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
+   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
-   when it is next asked for. */
+/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
+   which is found again when it is next used. */
 SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 {
-    const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
-    const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
+    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
     const springls__grid *g = &ctx->model.grid;
     int i;
     if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
@@ -10817,7 +10844,8 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
-enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
+enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP,
+       SPRINGLS__PROJECT_SWEPT };
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
@@ -10841,7 +10869,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
             springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE)
+            return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:
@@ -10862,35 +10891,37 @@ SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - the volume of every component is held (params.volume_lock) by a tiny offset of its springls and of phi along
+/* volume_lock.h - keeps the volume of every component (params.volume_lock) by a tiny offset of its springls and of phi along
    the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
-   its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
-   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed.
-   Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
+   its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the springls: each has the
+   number of the component it was in, so that after a split targets are shared out, and after a merger they are summed. It is
+   off by default and in double precision, which not every device has: it always runs on the host. */
 
-/* A component now. */
 typedef struct springls__volume_component {
-    double volume, area;
-    float offset, moved;
-    int32_t kin;
+    double volume, area;    /* voxel^3, voxel^2                                                                 */
+    float offset, moved;    /* of this iteration, of all; voxels                                                */
+    int32_t node;           /* root of its tree among the links                                                 */
     bool speck;
-} springls__volume_component; /* moved: offsets in all */
+} springls__volume_component;
 
+/* The components of phi as it is now. */
 typedef struct springls__volume_components {
-    springls__volume_component *part;
+    springls__volume_component *item;
     int count;
     int32_t *rank;          /* slot -> place in `active`                                                        */
     int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
-    int32_t *label;         /* component of a voxel of active bricks, or -1: too far outside                    */
+    int32_t *label;         /* component of a voxel of active bricks; -1: too far outside                       */
     int32_t voxels;         /* nodes that are voxels                                                            */
 } springls__volume_components;
 
-/* The node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
+/* ---- components of phi ---- */
+
+/* Returns the node of an inside voxel: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return parts->voxels + springls__brick_at(g, x, y, z);
-    return parts->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return c->voxels + springls__brick_at(g, x, y, z);
+    return c->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
 }
 
 SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int z)
@@ -10898,16 +10929,16 @@ SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int
     return springls__grid_contains(g, x, y, z) && springls__grid_voxel(g, g->phi, x, y, z) < 0.0f;
 }
 
-/* The lower root stays one. */
-SPRINGLS__FN void springls__component_join(springls__volume_components *parts, int32_t a, int32_t b)
+/* Joins two trees of a forest; the lower root stays a root. */
+SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
 {
-    a = springls__find_root(parts->parent, a);
-    b = springls__find_root(parts->parent, b);
-    if (a < b) parts->parent[b] = a;
-    else parts->parent[a] = b;
+    a = springls__find_root(parent, a);
+    b = springls__find_root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
 }
 
-/* The voxel next to (x, y, z): d counts -x +x -y +y -z +z. */
+/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
 SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
 {
     out[0] = x + (d == 1) - (d == 0);
@@ -10915,23 +10946,27 @@ SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
     out[2] = z + (d == 5) - (d == 4);
 }
 
-SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__volume_components *parts)
+/* Joins the inside voxels of active brick i with those beside them. */
+SPRINGLS__FN void springls__join_voxels(const springls__grid *g, springls__volume_components *c, int i)
 {
-    int i, v, d, o[3], to[3], brick, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2];
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (!springls__is_inside(g, x, y, z)) continue;
-            for (d = 0; d < 6; d++) {
-                springls__voxel_beside(x, y, z, d, to);
-                if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__component_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
-                                        springls__component_node(g, parts, to[0], to[1], to[2]));
-            }
+    int v, d, o[3], to[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+        if (!springls__is_inside(g, x, y, z)) continue;
+        for (d = 0; d < 6; d++) {
+            springls__voxel_beside(x, y, z, d, to);
+            if (!springls__is_inside(g, to[0], to[1], to[2])) continue;
+            springls__join_trees(c->parent, i * SPRINGLS__BRICK_VOXELS + v, springls__component_node(g, c, to[0], to[1], to[2]));
         }
     }
-    for (brick = 0; brick < bricks; brick++) { /* constant ones among themselves */
+}
+
+/* Joins the constant bricks that are inside among themselves. */
+SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volume_components *c)
+{
+    int brick, bricks = (int)springls__brick_count(g), d, to[3];
+    for (brick = 0; brick < bricks; brick++) {
         int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
         if (g->top[brick] != SPRINGLS__INSIDE) continue;
         for (d = 1; d < 6; d += 2) {
@@ -10939,90 +10974,116 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__volume
             springls__voxel_beside(x, y, z, d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__component_join(parts, parts->voxels + brick, parts->voxels + beside);
+            if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
         }
     }
 }
 
-typedef void (*springls__component_triangle)(springls__volume_components *parts, springls__tri t, const int32_t nodes[3]);
+/* ---- triangles of marching cubes ---- */
 
-/* Marching cubes: every triangle with the nodes inside the three edges that it hangs on. */
-SPRINGLS__FN void springls__component_triangles(const springls__grid *g, springls__volume_components *parts, springls__component_triangle visit)
+typedef void (*springls__component_triangle)(springls__volume_components *c, springls__tri t, const int32_t nodes[3]);
+
+/* Finds the nodes of a triangle: those at the inner ends of the three edges of the cube at voxel `at` that carry its vertices. */
+SPRINGLS__FN void springls__triangle_nodes(const springls__grid *g, const springls__volume_components *c, springls__mc_cell cell,
+                                           int triangle, const int at[3], int32_t nodes[3])
+{
+    int mask = springls__mc_case(cell), m;
+    for (m = 0; m < 3; m++) {
+        int edge = springls__mc_edge(mask, triangle, m), corner = springls__mc_edge_corner(edge);
+        if (!springls__mc_inside(cell.phi[corner])) corner |= 1 << springls__mc_edge_axis(edge);
+        nodes[m] = springls__component_node(g, c, at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2));
+    }
+}
+
+/* Visits the triangles of one cube of a brick. */
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__volume_components *c, const springls__cube_range *range,
+                                       springls__mc_cell cell, int x, int y, int z, springls__component_triangle visit)
+{
+    int mask = springls__mc_case(cell), k, at[3];
+    int32_t nodes[3];
+    at[0] = range->origin[0] + x;
+    at[1] = range->origin[1] + y;
+    at[2] = range->origin[2] + z;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__triangle_nodes(g, c, cell, k, at, nodes);
+        visit(c, springls__cube_triangle(range, cell, mask, x, y, z, k), nodes);
+    }
+}
+
+/* Visits all triangles of the zero level. */
+SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__volume_components *c,
+                                            springls__component_triangle visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
-    int32_t nodes[3];
-    int i, x, y, z, k, m;
+    int i, x, y, z;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
         springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                    springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                    int mask = springls__mc_case(cell);
-                    for (k = 0; k < springls__mc_count(mask); k++) {
-                        for (m = 0; m < 3; m++) {
-                            int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
-                            if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__component_node(g, parts, range.origin[0] + x + (c & 1),
-                                                           range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
-                        }
-                        visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
-                    }
-                }
+                for (x = range.lo[0]; x <= range.hi[0]; x++)
+                    springls__visit_cube(g, c, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
 {
     (void)t;
-    springls__component_join(parts, nodes[0], nodes[1]);
-    springls__component_join(parts, nodes[0], nodes[2]);
+    springls__join_trees(c->parent, nodes[0], nodes[1]);
+    springls__join_trees(c->parent, nodes[0], nodes[2]);
 }
 
-/* Area, and the volume under the triangle, for the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
+/* Adds the triangle's area, and the volume under it, to the component that it bounds. */
+SPRINGLS__FN void springls__measure_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
 {
     springls__v3 area2 = springls__tri_area2(t);
-    springls__volume_component *part;
-    int32_t label = nodes[0] < parts->voxels ? parts->label[nodes[0]] : -1;
+    springls__volume_component *item;
+    int32_t label = nodes[0] < c->voxels ? c->label[nodes[0]] : -1;
     if (label < 0) return;
-    part = &parts->part[label];
-    part->area += 0.5 * (double)springls__length(area2);
-    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
+    item = &c->item[label];
+    item->area += 0.5 * (double)springls__length(area2);
+    item->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
                     * (1.0 / 6.0);
 }
 
-SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *parts)
+SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *c)
 {
     int i;
-    for (i = 0; i < parts->count; i++) parts->part[i].volume = parts->part[i].area = 0.0;
-    springls__component_triangles(g, parts, springls__measure_triangle);
+    for (i = 0; i < c->count; i++) c->item[i].volume = c->item[i].area = 0.0;
+    springls__visit_triangles(g, c, springls__measure_triangle);
 }
 
-/* An outside voxel belongs to the component that the way down phi leads to. -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
+/* ---- labels ---- */
+
+/* Returns the direction of the neighbor with the lowest phi, below that of the voxel; -1 where phi is flat. */
+SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z)
+{
+    float least = springls__grid_voxel(g, g->phi, x, y, z), phi;
+    int d, best = -1, to[3];
+    for (d = 0; d < 6; d++) {
+        springls__voxel_beside(x, y, z, d, to);
+        if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
+        if (phi >= least) continue;
+        least = phi;
+        best = d;
+    }
+    return best;
+}
+
+/* Returns the component of an outside voxel: the one that steepest descent of phi leads to; -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
-        float least = springls__grid_voxel(g, g->phi, x, y, z);
-        int best = -1;
-        if (least < 0.0f) {
-            int32_t node = springls__component_node(g, parts, x, y, z);
-            return node < parts->voxels ? parts->label[node] : -1;
+        if (springls__is_inside(g, x, y, z)) {
+            int32_t node = springls__component_node(g, c, x, y, z);
+            return node < c->voxels ? c->label[node] : -1;
         }
-        for (d = 0; d < 6; d++) {
-            float phi;
-            springls__voxel_beside(x, y, z, d, to);
-            if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
-            phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
-            if (phi >= least) continue;
-            least = phi;
-            best = d;
-        }
-        if (best < 0) return -1;
-        springls__voxel_beside(x, y, z, best, to);
+        d = springls__steepest_descent(g, x, y, z);
+        if (d < 0) return -1;
+        springls__voxel_beside(x, y, z, d, to);
         x = to[0];
         y = to[1];
         z = to[2];
@@ -11030,69 +11091,90 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
     return -1;
 }
 
-/* Components in the order of their first voxel. */
-SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *parts)
+/* Numbers the components in the order of their first voxel, and labels their inside voxels. A component has a surface, so some
+   voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__label_insides(const springls__grid *g, springls__volume_components *c)
 {
-    const springls__grid *g = &ctx->model.grid;
-    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
-            nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
-    int32_t i, o[3];
-    int v;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
-    parts->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, parts->voxels));
-    parts->rank = springls__component_rank(&ctx->model);
-    parts->parent = springls__component_parent(&ctx->model);
-    parts->label = springls__component_label(&ctx->model);
-    for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
-    springls__join_faces(g, parts);
-    springls__component_triangles(g, parts, springls__join_triangle);
-    parts->count = 0;
-    for (i = 0; i < parts->voxels; i++) parts->label[i] = -1;
-    for (i = 0; i < g->active_count; i++) { /* a component has a surface, so its first voxel that is active tells */
+    int i, v, o[3];
+    c->count = 0;
+    for (i = 0; i < c->voxels; i++) c->label[i] = -1;
+    for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int32_t node = i * SPRINGLS__BRICK_VOXELS + v, root;
             if (!springls__is_inside(g, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6))) continue;
-            root = springls__find_root(parts->parent, node);
-            parts->label[node] = root == node ? parts->count++ : parts->label[root]; /* a root is the lowest of its tree */
+            root = springls__find_root(c->parent, node);
+            c->label[node] = root == node ? c->count++ : c->label[root];
         }
     }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, parts->count));
-    parts->part = springls__components(&ctx->model);
-    memset(parts->part, 0, (size_t)parts->count * sizeof *parts->part);
+}
+
+SPRINGLS__FN void springls__label_outsides(const springls__grid *g, springls__volume_components *c)
+{
+    int i, v, o[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
             if (springls__grid_contains(g, x, y, z) && !springls__is_inside(g, x, y, z))
-                parts->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, parts, x, y, z);
+                c->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, c, x, y, z);
         }
     }
-    springls__measure_components(g, parts);
+}
+
+/* Finds the forest of what is connected inside phi. */
+SPRINGLS__FN springls_status springls__connect_inside(springls_context *ctx, springls__volume_components *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + (int64_t)springls__brick_count(g);
+    int32_t i;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
+    c->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, c->voxels));
+    c->rank = springls__component_rank(&ctx->model);
+    c->parent = springls__component_parent(&ctx->model);
+    c->label = springls__component_label(&ctx->model);
+    for (i = 0; i < g->active_count; i++) c->rank[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) c->parent[i] = i;
+    for (i = 0; i < g->active_count; i++) springls__join_voxels(g, c, i);
+    springls__join_bricks(g, c);
+    springls__visit_triangles(g, c, springls__join_triangle);
     return SPRINGLS_OK;
 }
 
-/* The component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *parts, springls__v3 p)
+/* Finds the components and measures them. */
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *c)
 {
-    int i, j, k, c;
+    const springls__grid *g = &ctx->model.grid;
+    SPRINGLS__TRY(springls__connect_inside(ctx, c));
+    springls__label_insides(g, c);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, c->count));
+    c->item = springls__components(&ctx->model);
+    memset(c->item, 0, (size_t)c->count * sizeof *c->item);
+    springls__label_outsides(g, c);
+    springls__measure_components(g, c);
+    return SPRINGLS_OK;
+}
+
+/* Returns the component of a springl: that of the deepest labelled voxel of the eight about its particle. */
+SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *c, springls__v3 p)
+{
+    int i, j, k, corner;
     int32_t label = -1;
     float least = FLT_MAX;
     i = (int)springls__floor(springls__clamp(p.x, -1.0f, (float)g->size[0]));
     j = (int)springls__floor(springls__clamp(p.y, -1.0f, (float)g->size[1]));
     k = (int)springls__floor(springls__clamp(p.z, -1.0f, (float)g->size[2]));
-    for (c = 0; c < 8; c++) {
-        int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2), slot;
+    for (corner = 0; corner < 8; corner++) {
+        int x = i + (corner & 1), y = j + (corner >> 1 & 1), z = k + (corner >> 2), slot;
         int32_t here;
         float phi;
         if (!springls__grid_contains(g, x, y, z)) continue;
         slot = springls__slot_at(g, x, y, z);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = parts->label[springls__component_node(g, parts, x, y, z)];
+        here = c->label[springls__component_node(g, c, x, y, z)];
         phi = springls__grid_voxel(g, g->phi, x, y, z);
         if (here < 0 || phi >= least) continue;
         least = phi;
@@ -11101,144 +11183,148 @@ SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, con
     return label;
 }
 
-/* ---- what a volume should be ---- */
+/* ---- target volumes: components before and now that springls link have one target together ---- */
 
-/* What is known before and what there is now, as nodes of one forest: components before come first. */
-typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link; /* of a root: of all its tree */
+/* A component as a node of the links; target, volume and area are those of all its tree when it is a root. */
+typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link;
 
 typedef struct springls__component_links {
-    springls__component_link *kin;
-    int32_t *parent;
-    uint64_t *votes;
+    springls__component_link *node; /* components before, then those of now      */
+    int32_t *parent;                /* their forest                              */
+    uint64_t *votes;                /* before << 32 | now, one a springl         */
     size_t vote_count;
-    int before;
+    int before;                     /* how many components there were before     */
 } springls__component_links;
 
-SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
+SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *c,
+                                                             springls__component_links *links)
 {
-    const double *known = (const double *)ctx->locked_memory.data;
+    const double *locked = (const double *)ctx->locked_memory.data;
     size_t nodes;
     int i;
-    k->before = ctx->locked_count;
-    nodes = (size_t)k->before + (size_t)parts->count;
-    k->vote_count = 0;
+    links->before = ctx->locked_count;
+    nodes = (size_t)links->before + (size_t)c->count;
+    links->vote_count = 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
-    k->votes = springls__link_votes(&ctx->model);
-    k->kin = springls__links(&ctx->model);
-    k->parent = springls__link_parent(&ctx->model);
+    links->votes = springls__link_votes(&ctx->model);
+    links->node = springls__links(&ctx->model);
+    links->parent = springls__link_parent(&ctx->model);
     for (i = 0; i < (int)nodes; i++) {
-        k->parent[i] = i;
-        k->kin[i].votes = 0;
-        k->kin[i].target = i < k->before ? known[i] : 0.0;
-        k->kin[i].volume = i < k->before ? 0.0 : parts->part[i - k->before].volume;
+        links->parent[i] = i;
+        links->node[i].votes = 0;
+        links->node[i].target = i < links->before ? locked[i] : 0.0;
+        links->node[i].volume = i < links->before ? 0.0 : c->item[i - links->before].volume;
     }
     return SPRINGLS_OK;
 }
 
-/* Every springl votes for a tie between the component it was part of and the one it is part of now. */
-SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
+/* Finds the component of every springl; each votes for a link between the one it was in and the one it is in now. */
+SPRINGLS__FN void springls__collect_votes(springls_context *ctx, const springls__volume_components *c,
+                                          springls__component_links *links)
 {
     int i;
     for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t was = ctx->model.set.component[i], is = springls__component_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
-        ctx->model.set.component[i] = is;
-        if (was < 0 || is < 0) continue;
-        k->kin[was].votes++;
-        k->kin[k->before + is].votes++;
-        k->votes[k->vote_count++] = (uint64_t)was << 32 | (uint64_t)is;
+        int32_t before = ctx->model.set.component[i];
+        int32_t now = springls__component_of_springl(&ctx->model.grid, c, ctx->model.set.s[i].p);
+        ctx->model.set.component[i] = now;
+        if (before < 0 || now < 0) continue;
+        links->node[before].votes++;
+        links->node[links->before + now].votes++;
+        links->votes[links->vote_count++] = (uint64_t)before << 32 | (uint64_t)now;
     }
-    springls__sort_keys(k->votes, k->vote_count);
+    springls__sort_keys(links->votes, links->vote_count);
 }
 
-SPRINGLS__FN void springls__vote_for_links(springls__component_links *k, int32_t a, int32_t b)
-{
-    a = springls__find_root(k->parent, a);
-    b = springls__find_root(k->parent, b);
-    if (a < b) k->parent[b] = a;
-    else k->parent[a] = b;
-}
-
-/* Ties with a tenth of either one's votes count: where two components come close, single springls may be mistaken. */
-SPRINGLS__FN void springls__tie(springls__component_links *k)
+/* Links components with a tenth of the votes of either one: where two come close, single springls may vote for the wrong one. */
+SPRINGLS__FN void springls__link_by_votes(springls__component_links *links)
 {
     size_t i = 0, first;
-    while (i < k->vote_count) {
-        int32_t was = (int32_t)(k->votes[i] >> 32), is = k->before + (int32_t)(k->votes[i] & 0xffffffffu);
+    while (i < links->vote_count) {
+        int32_t before = (int32_t)(links->votes[i] >> 32), now = links->before + (int32_t)(links->votes[i] & 0xffffffffu);
         int64_t votes;
-        for (first = i; i < k->vote_count && k->votes[i] == k->votes[first]; i++) continue;
+        for (first = i; i < links->vote_count && links->votes[i] == links->votes[first]; i++) continue;
         votes = 10 * (int64_t)(i - first);
-        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__vote_for_links(k, was, is);
+        if (votes >= links->node[before].votes || votes >= links->node[now].votes)
+            springls__join_trees(links->parent, before, now);
     }
 }
 
-/* A part of a few voxels has no surface to speak of, and an offset would join it to anything: it belongs to the largest. */
+/* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__tie_specks(const springls__volume_components *parts, springls__component_links *k)
+SPRINGLS__FN void springls__link_specks(const springls__volume_components *c, springls__component_links *links)
 {
     int i, largest = 0;
-    for (i = 1; i < parts->count; i++)
-        if (parts->part[i].volume > parts->part[largest].volume) largest = i;
-    for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
-        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
-            springls__vote_for_links(k, i, k->before + largest);
+    for (i = 1; i < c->count; i++)
+        if (c->item[i].volume > c->item[largest].volume) largest = i;
+    for (i = 0; i < links->before + c->count && c->count > 0; i++)
+        if (springls__is_speck(i < links->before ? links->node[i].target : links->node[i].volume))
+            springls__join_trees(links->parent, i, links->before + largest);
 }
 
-/* Kin have together what they had before. Who has no kin is to have what there is. */
-SPRINGLS__FN void springls__inherit(springls__volume_components *parts, springls__component_links *k)
+/* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
+SPRINGLS__FN void springls__sum_targets(springls__volume_components *c, springls__component_links *links)
 {
-    int i, nodes = k->before + parts->count;
+    int i, nodes = links->before + c->count;
     for (i = 0; i < nodes; i++) {
-        int32_t root = springls__find_root(k->parent, i);
+        int32_t root = springls__find_root(links->parent, i);
         if (root == i) continue;
-        k->kin[root].target += k->kin[i].target;
-        k->kin[root].volume += k->kin[i].volume;
+        links->node[root].target += links->node[i].target;
+        links->node[root].volume += links->node[i].volume;
     }
-    for (i = 0; i < parts->count; i++) {
-        springls__component_link *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
+    for (i = 0; i < c->count; i++) {
+        springls__component_link *all;
+        c->item[i].node = springls__find_root(links->parent, links->before + i);
+        all = &links->node[c->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
-/* Remembers what every component is to have: of several kin, by the volumes they have now. */
-SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *parts, const springls__component_links *k)
+/* Stores the target of every component for the next step; linked ones share theirs by their volumes. */
+SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *c,
+                                                       const springls__component_links *links)
 {
-    double *known;
+    double *locked;
     int i;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
-    known = (double *)ctx->locked_memory.data;
-    for (i = 0; i < parts->count; i++) {
-        const springls__component_link *all = &k->kin[parts->part[i].kin];
-        known[i] = all->volume > 0.0 ? all->target * (parts->part[i].volume / all->volume) : 0.0;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)c->count + 1, sizeof *locked, 0));
+    locked = (double *)ctx->locked_memory.data;
+    for (i = 0; i < c->count; i++) {
+        const springls__component_link *all = &links->node[c->item[i].node];
+        locked[i] = all->volume > 0.0 ? all->target * (c->item[i].volume / all->volume) : 0.0;
     }
-    ctx->locked_count = parts->count;
+    ctx->locked_count = c->count;
     return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
 
-typedef struct springls__offset_job { springls_context *ctx; const springls__volume_components *parts; } springls__offset_job;
+typedef struct springls__offset_job {
+    springls_context *ctx;
+    const springls__volume_components *components;
+} springls__offset_job;
 
-/* phi_next: phi less its component's offset, where it is a distance. */
+/* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
+    const springls__volume_components *c = job->components;
     const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t label = job->parts->label[begin * SPRINGLS__BRICK_VOXELS + v];
+            int32_t label = c->label[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - job->parts->part[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__clamp(phi[v] - c->item[label].offset, -g->far_value, g->far_value);
         }
     }
 }
 
+/* Moves springls along their normals by their component's offset. */
 SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
@@ -11248,83 +11334,86 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
         springls__springl *s = &ctx->model.set.s[begin];
         springls__v3 by;
         if (ctx->model.set.component[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.component[begin]].offset);
+        by = springls__scale(springls__springl_normal(*s), job->components->item[ctx->model.set.component[begin]].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-SPRINGLS__FN void springls__sum_linked(const springls__volume_components *parts, springls__component_links *k)
+/* Sums volumes and areas of linked components; specks have no area that could move. */
+SPRINGLS__FN void springls__sum_linked(const springls__volume_components *c, springls__component_links *links)
 {
     int i;
-    for (i = 0; i < parts->count; i++) k->kin[parts->part[i].kin].volume = k->kin[parts->part[i].kin].area = 0.0;
-    for (i = 0; i < parts->count; i++) {
-        springls__component_link *all = &k->kin[parts->part[i].kin];
-        all->volume += parts->part[i].volume;
-        if (!parts->part[i].speck) all->area += parts->part[i].area;
+    for (i = 0; i < c->count; i++) links->node[c->item[i].node].volume = links->node[c->item[i].node].area = 0.0;
+    for (i = 0; i < c->count; i++) {
+        springls__component_link *all = &links->node[c->item[i].node];
+        all->volume += c->item[i].volume;
+        if (!c->item[i].speck) all->area += c->item[i].area;
     }
 }
 
-/* Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *parts, springls__component_links *k)
+/* Chooses offsets by Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *c, springls__component_links *links)
 {
-    const double close = 1e-7, longest = 0.25; /* of the volume; voxels, at once */
+    const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_linked(parts, k);
-    for (i = 0; i < parts->count; i++) {
-        springls__volume_component *part = &parts->part[i];
-        const springls__component_link *all = &k->kin[part->kin];
+    springls__sum_linked(c, links);
+    for (i = 0; i < c->count; i++) {
+        springls__volume_component *item = &c->item[i];
+        const springls__component_link *all = &links->node[item->node];
         double missing = all->target - all->volume, by;
-        part->offset = 0.0f;
-        if (part->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
+        item->offset = 0.0f;
+        if (item->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
         by = missing / all->area;
-        part->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
-        part->moved += part->offset;
+        item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        item->moved += item->offset;
         any = true;
     }
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *parts, springls__component_links *k)
+SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *c,
+                                            springls__component_links *links)
 {
     const int iterations = 6;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
-    job.parts = parts;
-    for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
+    job.components = c;
+    for (i = 0; i < iterations && springls__choose_offsets(c, links); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_components(&ctx->model.grid, parts);
+        springls__measure_components(&ctx->model.grid, c);
     }
-    springls__sum_linked(parts, k);
+    springls__sum_linked(c, links);
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
     ctx->stats.volume_correction = 0.0f;
-    for (i = 0; i < parts->count; i++)
-        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(parts->part[i].moved));
+    for (i = 0; i < c->count; i++)
+        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(c->item[i].moved));
 }
 
-/* After a step; before the first one with the lock, when nothing is known, it only takes note. */
+/* Corrects the volumes after a step. The first time, when there are no targets yet, it only stores them. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__volume_components parts;
-    springls__component_links kinship;
-    int i, known = ctx->locked_count;
+    springls__volume_components components;
+    springls__component_links links;
+    int i;
+    bool first = ctx->locked_count == 0;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_components(ctx, &parts));
-    for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
-    SPRINGLS__TRY(springls__component_links_begin(ctx, &parts, &kinship));
-    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.component[i] = -1; /* of another time */
-    springls__vote(ctx, &parts, &kinship);
-    springls__tie(&kinship);
-    springls__tie_specks(&parts, &kinship);
-    springls__inherit(&parts, &kinship);
-    if (known > 0) springls__correct_volumes(ctx, &parts, &kinship);
-    return springls__lock_components(ctx, &parts, &kinship);
+    SPRINGLS__TRY(springls__find_components(ctx, &components));
+    for (i = 0; i < components.count; i++) components.item[i].speck = springls__is_speck(components.item[i].volume);
+    SPRINGLS__TRY(springls__component_links_begin(ctx, &components, &links));
+    for (i = 0; i < ctx->model.set.count && first; i++) ctx->model.set.component[i] = -1; /* numbers of an earlier lock */
+    springls__collect_votes(ctx, &components, &links);
+    springls__link_by_votes(&links);
+    springls__link_specks(&components, &links);
+    springls__sum_targets(&components, &links);
+    if (!first) springls__correct_volumes(ctx, &components, &links);
+    return springls__lock_components(ctx, &components, &links);
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
@@ -17759,7 +17848,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
-    "/* Finds the cell of particle i, counted through all slots. */\n",
+    "/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */\n",
     "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
@@ -17767,7 +17856,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
-    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */\n",
+    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
     "    (void)args;\n",
     "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
     "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
@@ -18153,7 +18242,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
@@ -18174,7 +18264,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4341 \"springls.h\"\n",
+    "#line 4342 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18200,7 +18290,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4368 \"springls.h\"\n",
+    "#line 4369 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18270,7 +18360,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4439 \"springls.h\"\n",
+    "#line 4440 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -18392,7 +18482,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4562 \"springls.h\"\n",
+    "#line 4563 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18418,8 +18508,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
     "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r,\n",
-    "                                                             float high)\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                             float r, float high)\n",
     "{\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
@@ -18447,7 +18537,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4618 \"springls.h\"\n",
+    "#line 4619 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -18463,7 +18553,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4634 \"springls.h\"\n",
+    "#line 4635 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18478,7 +18568,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4650 \"springls.h\"\n",
+    "#line 4651 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18489,7 +18579,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4661 \"springls.h\"\n",
+    "#line 4662 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18504,7 +18594,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4676 \"springls.h\"\n",
+    "#line 4677 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18515,7 +18605,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4687 \"springls.h\"\n",
+    "#line 4688 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18615,7 +18705,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4788 \"springls.h\"\n",
+    "#line 4789 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19100,7 +19190,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5274 \"springls.h\"\n",
+    "#line 5275 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19198,7 +19288,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5373 \"springls.h\"\n",
+    "#line 5374 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19327,7 +19417,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5503 \"springls.h\"\n",
+    "#line 5504 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19420,7 +19510,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }\n",
     "\n",
-    "/* The case of a cube: bit c is set when corner c is inside. */\n",
+    "/* Returns the case of a cube: bit c is set when corner c is inside. */\n",
     "SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)\n",
     "{\n",
     "    int mask = 0, c;\n",
@@ -19430,7 +19520,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }\n",
     "\n",
-    "/* The edge that carries vertex 0, 1 or 2 of a triangle. */\n",
+    "/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */\n",
     "SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)\n",
     "{\n",
     "    return (int)springls__mc_triangles[mask][3 * triangle + vertex];\n",
@@ -19438,7 +19528,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }\n",
     "\n",
-    "/* The corner where an edge begins; it ends at this corner | 1 << axis. */\n",
+    "/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */\n",
     "SPRINGLS__MATHS int springls__mc_edge_corner(int edge)\n",
     "{\n",
     "    int k = edge & 3;\n",
@@ -19501,12 +19591,15 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)\n",
+    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,\n",
+    "                                                   int edge)\n",
     "{\n",
-    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));\n",
+    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,\n",
+    "                              springls__mc_edge_crossing(cell, edge));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)\n",
+    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,\n",
+    "                                                      int y, int z, int triangle)\n",
     "{\n",
     "    springls__tri t;\n",
     "    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));\n",
@@ -19514,7 +19607,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5691 \"springls.h\"\n",
+    "#line 5695 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -19623,7 +19716,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5801 \"springls.h\"\n",
+    "#line 5805 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -19937,7 +20030,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */\n",
-    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                     SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -19947,8 +20041,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        if (some_unknown)\n",
-    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,\n",
-    "                                       out + 8 * row);\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,\n",
+    "                                       args.resolve.last != 0, out + 8 * row);\n",
     "        else\n",
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
@@ -19972,7 +20066,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int row, x, o[3];\n",
@@ -19990,7 +20085,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6169 \"springls.h\"\n",
+    "#line 6175 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -20140,7 +20235,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6320 \"springls.h\"\n",
+    "#line 6326 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20168,7 +20263,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6348 \"springls.h\"\n",
+    "#line 6354 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20183,7 +20278,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6364 \"springls.h\"\n",
+    "#line 6370 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20351,7 +20446,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6532 \"springls.h\"\n",
+    "#line 6538 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20366,7 +20461,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6547 \"springls.h\"\n",
+    "#line 6553 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20534,7 +20629,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6715 \"springls.h\"\n",
+    "#line 6721 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -20570,7 +20665,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6752 \"springls.h\"\n",
+    "#line 6758 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -20678,7 +20773,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6861 \"springls.h\"\n",
+    "#line 6867 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -20775,7 +20870,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6959 \"springls.h\"\n",
+    "#line 6965 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -20839,7 +20934,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Sets omega at voxel i of the two constant bricks. */\n",
     "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;\n",
+    "    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;\n",
+    "    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;\n",
     "}\n",
     "\n",
     "/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */\n",
@@ -20849,7 +20945,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7034 \"springls.h\"\n",
+    "#line 7041 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21022,7 +21118,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                             SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture_range;\n",
@@ -21081,7 +21178,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7267 \"springls.h\"\n",
+    "#line 7275 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21209,7 +21306,8 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t row[4], triangles = 0u, vertices = 0u, own;\n",
     "    int x;\n",
     "    for (x = 0; x < 9; x++) cubes[x] = 0u;\n",
-    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))\n",
+    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]\n",
+    "        && springls__signs_around(signs, y, z, row))\n",
     "        for (x = range->lo[0]; x <= range->hi[0]; x++) {\n",
     "            int mask = springls__case_between(row, x);\n",
     "            if (springls__mc_count(mask) == 0) continue;\n",
@@ -21223,7 +21321,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */\n",
-    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                     SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__group group = model->group;\n",
     "    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;\n",
@@ -21274,8 +21373,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Writes the vertices that a cube owns, and its triangles from number `first` on. */\n",
-    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
-    "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
+    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,\n",
+    "                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);\n",
     "    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;\n",
@@ -21296,7 +21395,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Writes vertices and triangles of active brick i. */\n",
-    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                               SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
@@ -21336,7 +21436,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7534 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21418,7 +21518,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21422 \"springls.h\"\n",
+    "#line 21522 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22193,13 +22293,13 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 /* Finds which of a model's springls stay (its contract_action), and how many. */
 SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
-    uint8_t *fate;
+    uint8_t *action;
     int i;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    fate = springls__contract_action(&ctx->model);
+    action = springls__contract_action(&ctx->model);
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
-        fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
-        *staying += fate[i] == SPRINGLS__KEEP;
+        action[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        *staying += action[i] == SPRINGLS__KEEP;
     }
     return SPRINGLS_OK;
 }
@@ -22446,14 +22546,14 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const float close = 0.15f;
     int i, m, count = ctx->model.set.count;
-    uint8_t *fate;
+    uint8_t *action;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
-    fate = springls__contract_action(&ctx->model);
+    action = springls__contract_action(&ctx->model);
     for (i = 0; i < count; i++) {
         springls__springl *s = &ctx->model.set.s[i];
         springls__v3 moved;
-        fate[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < close ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
-        if (fate[i] == SPRINGLS__REMOVE) continue;
+        action[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < close ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        if (action[i] == SPRINGLS__REMOVE) continue;
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);

@@ -1,5 +1,5 @@
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
-   comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
+   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
 #ifndef SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
 #define SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
 
@@ -11,7 +11,7 @@
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 
-/* Where they are wanted. Ends with a loop. */
+/* Finds the springls missing beside others. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
@@ -24,6 +24,7 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Chooses among them, and adds as many as there is room for. */
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     springls__arguments args;

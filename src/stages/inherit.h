@@ -1,7 +1,7 @@
-/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7). The springls change as they would without; at the end of a stage that
-   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
-   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
-   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* inherit.h - attributes follow springls that split, are filled in, merge or are removed (section 4.7). Springls do not depend
+   on them: at the end of a stage that has added or removed some, the values follow, on the host. Rows are found by `parent`, by
+   contract_action, and by the springls around, among which BLEND interpolates in material space: as a function of the
+   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
 #ifndef SPRINGLS__STAGES_INHERIT_H
 #define SPRINGLS__STAGES_INHERIT_H
 
@@ -40,7 +40,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     return SPRINGLS_OK;
 }
 
-/* The springl of an id, among the first `count`: ids ascend. */
+/* Returns the springl of an id, among the first `count`: ids ascend. */
 SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
 {
     int low = 0, high = count;
@@ -52,7 +52,7 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
     return low;
 }
 
-/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+/* What the tasks for new springls are given; new springl number i is springl search.known + i. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
     springls__interpolation_search search;
@@ -60,12 +60,13 @@ typedef struct springls__inherit_job {
     float *values;
 } springls__inherit_job;
 
+/* Returns the springl that a child was split from, which is its other half now. */
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
     return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
 }
 
-/* Blended values of both halves, from those that the springls had before. */
+/* Finds the blended values of both halves, from those that the springls had before. */
 SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -74,16 +75,18 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
     for (; begin < end; begin++)
         for (half = 0; half < 2; half++) {
             int child = job->search.known + begin;
-            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            int springl = half ? child : springls__other_half(job, child);
+            springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, springl);
             for (i = 0; i < job->ctx->attribute_count; i++) {
                 const springls__attribute *attribute = &job->ctx->attributes[i];
                 if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
-                springls__interpolate_value(attribute, &donors, true, out);
+                springls__interpolate_value(attribute, &sources, true, out);
                 out += attribute->channels;
             }
         }
 }
 
+/* Fills the rows of both halves. */
 SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -130,12 +133,12 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
     int i;
     for (; begin < end; begin++) {
         int child = job->search.known + begin;
-        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
+        springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
             float *row = springls__attribute_row(attribute, child);
             if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
+            else springls__interpolate_value(attribute, &sources, attribute->fill == SPRINGLS_POLICY_BLEND, row);
         }
     }
 }
@@ -171,10 +174,11 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 
 /* ---- merge ---- */
 
-/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+/* The springl that a removed one merges with: the nearest of its side that stays, -1: none; its distance, and the area of the
+   removed one. */
 typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
-SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *action, int i)
 {
     const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
     const springls__springl *s = ctx->model.set.s;
@@ -182,31 +186,31 @@ SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_con
                                                          range * ctx->largest_spacing / ctx->smallest_spacing);
     springls__v3 n = springls__springl_normal(s[i]);
     float best = range * range;
-    springls__merge_target heir;
+    springls__merge_target target;
     int j;
-    heir.index = -1;
-    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
-    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+    target.index = -1;
+    target.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (action[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
         float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
-        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (action[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && target.index >= 0 && j > target.index)) continue;
         if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
         best = d2;
-        heir.index = j;
+        target.index = j;
     }
-    heir.distance = springls__sqrt(best);
-    return heir;
+    target.distance = springls__sqrt(best);
+    return target;
 }
 
 typedef struct springls__merge_targets_job {
     const springls_context *ctx;
-    const uint8_t *fate;
-    springls__merge_target *heirs;
+    const uint8_t *action;
+    springls__merge_target *targets;
 } springls__merge_targets_job;
 
 SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
 {
     const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
-    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
+    for (; begin < end; begin++) job->targets[begin] = springls__merge_target_of(job->ctx, job->action, begin);
 }
 
 SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
@@ -217,7 +221,7 @@ SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
     return false;
 }
 
-/* SCRATCH1 has the fate of every springl. */
+/* Finds the merge targets of the springls that contract_action removes. */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
     springls__merge_targets_job job;
@@ -229,48 +233,48 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = springls__contract_action(&ctx->model);
-    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    job.action = springls__contract_action(&ctx->model);
+    job.targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
 }
 
-/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
-SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+/* Adds row from_row to row to_row of an attribute; for a mean, with weight `share` of the former. */
+SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int to_row, int from_row, float share)
 {
-    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    float *to = springls__attribute_row(attribute, to_row), *from = springls__attribute_row(attribute, from_row);
     int c;
     for (c = 0; c < attribute->channels; c++)
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
-   leaves its share. */
+/* Merges the rows of removed springls into those of their targets: a mean by area where one was too close to the other, sums
+   always. */
 SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 {
-    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
     for (i = 0; i < count; i++) {
-        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
-        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
-        if (!heir) continue;
+        springls__merge_target *target = targets[i].index < 0 ? NULL : &targets[targets[i].index];
+        bool merged = targets[i].distance <= ctx->model.params.merge_distance && targets[i].area > 0.0f;
+        if (!target) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
-                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
-                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
-        if (merged) heir->area += heirs[i].area;
+                springls__merge_row(&ctx->attributes[k], targets[i].index, i,
+                                    merged ? targets[i].area / (targets[i].area + target->area) : 0.0f);
+        if (merged) target->area += targets[i].area;
     }
 }
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = springls__contract_action(&ctx->model);
+    const uint8_t *action = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
     for (k = 0; k < ctx->attribute_count; k++)
         for (i = n = 0; i < count; i++)
-            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+            if (action[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
 }
 
 #endif

@@ -176,13 +176,13 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 /* Finds which of a model's springls stay (its contract_action), and how many. */
 SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
-    uint8_t *fate;
+    uint8_t *action;
     int i;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    fate = springls__contract_action(&ctx->model);
+    action = springls__contract_action(&ctx->model);
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
-        fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
-        *staying += fate[i] == SPRINGLS__KEEP;
+        action[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        *staying += action[i] == SPRINGLS__KEEP;
     }
     return SPRINGLS_OK;
 }

@@ -103,14 +103,14 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const float close = 0.15f;
     int i, m, count = ctx->model.set.count;
-    uint8_t *fate;
+    uint8_t *action;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
-    fate = springls__contract_action(&ctx->model);
+    action = springls__contract_action(&ctx->model);
     for (i = 0; i < count; i++) {
         springls__springl *s = &ctx->model.set.s[i];
         springls__v3 moved;
-        fate[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < close ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
-        if (fate[i] == SPRINGLS__REMOVE) continue;
+        action[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < close ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        if (action[i] == SPRINGLS__REMOVE) continue;
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
