@@ -1479,7 +1479,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     } while (0)
 
 /* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
-/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
+   voxels. */
 
 typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
 
@@ -1507,7 +1508,8 @@ typedef struct springls__color_arguments { int color; } springls__color_argument
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are
+   left. */
 typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
 
 /* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
@@ -1553,8 +1555,8 @@ typedef union springls__arguments {
 
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
-   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a
-   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
+   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
@@ -2550,13 +2552,13 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 
 /* ======== >>model:kernel  (kernels_embed/model/model.h) ======================================================== */
-/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */
 
 /* ---- the arrays of a model ----
    A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
    X(NAME, element type, elements that belong together, struct of the model, member). */
 
-/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */
 #define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
     X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
@@ -2577,13 +2579,13 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
 #define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
 
-/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
@@ -2593,22 +2595,23 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what a device needs to move springls by itself (advect.h). */
+/* Lists what moves springls on a device (advect.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
     X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
-    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
-    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \
+    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \
+    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \
     X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
     X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
     X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
-    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
+    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
 
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
@@ -2653,15 +2656,15 @@ typedef struct springls__record {
 #define SPRINGLS__RESHAPE 2
 #define SPRINGLS__UNDECIDED 3
 
-/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
-   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
+/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,
+   far outside and far inside, so that every brick of the top table can be read without a test. */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
 #define SPRINGLS__INSIDE 1
 #define SPRINGLS__FIRST_SLOT 2
-#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */
-#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
+#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
+#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                */
@@ -2671,7 +2674,7 @@ typedef struct springls__grid {
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
+/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
@@ -2688,7 +2691,7 @@ typedef struct springls__work_arrays {
     SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
 } springls__work_arrays;
 
-/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */
 #define SPRINGLS__ROWS 64
 
 typedef struct springls__group { int item, items; } springls__group;
@@ -2723,10 +2726,7 @@ typedef struct springls__model {
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
-
-/* The numbers that one run of a kernel is given besides. */
-typedef struct springls__job { int i[4]; float f[4]; } springls__job;
+#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -2744,10 +2744,16 @@ SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
     return t;
 }
 
-SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }
+SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
+{
+    return springls__tri_normal(springls__springl_tri(s));
+}
 
-/* Does springl i lie at a sharp edge that is to be kept? */
-SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
+/* Returns true when springl i lies at a sharp edge that is to be kept. */
+SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
+{
+    return model->params.keep_edges && model->set.edge[i];
+}
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
@@ -2777,7 +2783,8 @@ SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i,
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
-SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
+SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,
+                                           uint32_t generation, uint8_t mask)
 {
     springls__record record;
     record.s = s;
@@ -2790,14 +2797,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* phi has been made to follow the springls. */
+/* Marks particle i as one that phi follows: notes its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* To SCRATCH7: how far a particle has come since then, squared. */
+/* Finds how far particle i has come since then, squared. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -2847,8 +2854,8 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
 /* ======== >>grid:kernel  (kernels_embed/model/grid.h) ========================================================== */
 /* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
 
-   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
-   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object
+   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
@@ -2888,16 +2895,17 @@ SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls
     origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
 }
 
-/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit
    (dx+1) + 3(dy+1) + 9(dz+1). */
-SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z,
+                                                        bool last_z)
 {
     uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
     uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
     return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
 }
 
-/* Value at a voxel of the domain. */
+/* Returns the value at a voxel of the domain. */
 SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
@@ -2908,7 +2916,7 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
     return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
 }
 
-/* phi at any voxel; beyond the domain by the border rule above. */
+/* Returns phi at any voxel, by the border rule beyond the domain. */
 SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
     float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
@@ -2916,7 +2924,7 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Trilinear value at x, the border rule included. */
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
 SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
@@ -2937,7 +2945,7 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, u, v, w);
 }
 
-/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
+/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float c = springls__grid_sample(g, phi, x);
@@ -2951,7 +2959,7 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
-/* Gradient of the trilinear values by central differences over one voxel. */
+/* Returns the gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
@@ -2963,7 +2971,7 @@ SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SP
                                  - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
-/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
+/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
@@ -2972,7 +2980,7 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Each item of a group loads some of its rows; it is there for all when this returns. */
+/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
@@ -2980,7 +2988,7 @@ SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOB
     bool border;
     springls__slot_origin(g, slot, o);
     border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
-    SPRINGLS__BARRIER; /* whoever still reads what was in it */
+    SPRINGLS__BARRIER; /* other items may still read the old values */
     for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
         int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
         SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
@@ -3040,7 +3048,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
     return springls__crosses(v.c, springls__least(v), springls__most(v));
 }
 
-/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
 #define SPRINGLS__WIDE_MARGIN 3
 #define SPRINGLS__WIDE 14
 #define SPRINGLS__WIDE_VOXELS 2744
@@ -3052,8 +3060,8 @@ typedef struct springls__wide_tile {
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
-   items must. */
+/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,
+   which loads nothing. */
 SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
@@ -3083,7 +3091,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
     SPRINGLS__BARRIER;
 }
 
-/* Trilinear value at x, in voxels from the brick's first one. */
+/* Interpolates at x, in voxels from the brick's first one, trilinear. */
 SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
 {
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
@@ -3142,8 +3150,9 @@ SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__
     springls__v3 lower = s.q[0], upper = s.q[0];
     int m;
     for (m = 1; m < 3; m++) {
-        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));
-        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));
+        springls__v3 q = s.q[m];
+        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));
+        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));
     }
     springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
     springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
@@ -3830,10 +3839,10 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
-   `large` instead, so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is
+   listed in `large` instead, so that one huge triangle does not widen every search. */
 
-/* The cell of a voxel within its brick. */
+/* Returns the cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
 {
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
@@ -3869,7 +3878,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     return walk;
 }
 
-/* The next springl, or -1 at the end. */
+/* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
     while (walk->next == walk->end) {
@@ -3896,14 +3905,14 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* All springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
                                      springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
-/* All springls of which some point may lie within `radius` of the box. */
+/* Begins a walk over all springls of which some point may lie within `radius` of the box. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
                                                                springls__v3 upper, float radius)
 {
@@ -3912,20 +3921,22 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
                                      springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
 }
 
-/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
+/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
+/* Finds the cell of particle i, counted through all slots. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
+    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */
     (void)args;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
-                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
@@ -3977,7 +3988,8 @@ SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, 
             model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
 }
 
-/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around
+   counts. */
 SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
     uint32_t mask = 0;
@@ -4084,9 +4096,9 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 }
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
-/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
+/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
 
-/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
+/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
 {
     springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);
@@ -4094,16 +4106,17 @@ SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, sp
     return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
 }
 
-/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */
+/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
 SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
 {
-    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);
+    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);
+    float c = springls__corner_cosine(t.c, t.a, t.b);
     float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));
     float area2 = springls__length2(springls__tri_area2(t));
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
-/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */
+/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
@@ -4120,27 +4133,28 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
-/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
-   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot
+   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
-    const float reach = 1.6f, aside = 1.0f;
+    const float range = 1.6f, aside = 1.0f; /* voxels */
     float depth = -springls__dot(d, n), d2 = springls__length2(d);
-    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
-    const float reach = 1.5f;
-    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
+    const float range = 1.5f; /* voxels */
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
 }
 
-/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
-   grid are far from the zero level. */
+/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far
+   from the zero level. */
 SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
-    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
+                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),
                                             springls__clamp(x.z, -1.0f, (float)g->size[2]));
     return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
 }
@@ -4151,9 +4165,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
-   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;
+   in front of springls left over where two bodies have merged it is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -4168,7 +4182,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */
+        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
         m = springls__springl_normal(model->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
         beside += springls__is_beside(d, n, m);
@@ -4177,32 +4191,33 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
-/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
-   the projection hold phi near zero. */
+/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
+   zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
 {
     const float ahead = 0.75f, deep = -0.2f;
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    *fate = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,
-                                                           model->params.min_area))
-        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
+    *action = SPRINGLS__KEEP;
+    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
+    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    else if (!model->set.mask[i]
+             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
-/* A good shape about the same particle, which keeps its exact path and correspondence. */
+/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */
 SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
+    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
@@ -4215,9 +4230,9 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
-   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It
+   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
     springls__springl s = model->set.s[i];
@@ -4229,9 +4244,9 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
-        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
     return decided;
@@ -4239,18 +4254,18 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
 
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);
-    uint8_t now = fate[i];
+    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
+    uint8_t current = action[i];
     (void)args;
-    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;
 }
 
-/* All that are kept so far are undecided. */
+/* Makes springl i undecided unless it is removed already. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
 }
 
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
@@ -5184,13 +5199,13 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
 /* ======== >>track:kernel  (kernels_embed/stages/track.h) ======================================================= */
 /* track.h - correspondences stay on the original surface (section 4.7). */
 
-/* eq. 26: one step along the gradient of the signed distance to the original surface. */
+/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */
 SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
 {
     return springls__mad(a, gradient, -step * phi);
 }
 
-/* eq. 26. */
+/* Projects a onto the original surface (eq. 26). */
 SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
 {
     const springls__grid *g = &model->reference;
@@ -5201,7 +5216,7 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     return a;
 }
 
-/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
+/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
 SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
 {
     springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
@@ -5211,9 +5226,9 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
     return d2;
 }
 
-/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
-   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
-SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)
+/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's when
+   that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
@@ -5226,7 +5241,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
             if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
-                continue; /* the far sheet */
+                continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -5243,7 +5258,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
     return s.p;
 }
 
-/* The quadratic fit at x over the particles around, springls before `known` only. */
+/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
 SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
@@ -5266,7 +5281,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     }
     result = springls__fit_end(fit);
     if (!result.ok) return result;
-    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
+    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
     result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
                                  springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
@@ -5281,14 +5296,15 @@ SPRINGLS__MATHS void springls__track_element(const springls__model *model, sprin
 }
 
 /* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */
 
-/* A springl to be. */
+/* A springl to add. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
 
-/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */
 #define SPRINGLS__SEED_DISTANCE 0.7f
-#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
+/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */
+#define SPRINGLS__SEED_RANGE 1.85f
 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
@@ -5309,7 +5325,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     return true;
 }
 
-/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
 SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
@@ -5318,28 +5334,28 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        weight += say.weight;
-        value += say.weight * say.distance * say.distance;
+        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        weight += estimate.weight;
+        value += estimate.weight * estimate.distance * estimate.distance;
     }
     return weight > 0.0f ? value / weight : FLT_MAX;
 }
 
-/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
-   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the
+   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
     const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
-    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
+    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
-    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
-    x = springls__mad(s->p, opening.middle, away);
+    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
+    x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, x, n)) return seed;
     fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
@@ -5353,7 +5369,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     return seed;
 }
 
-/* To SCRATCH1, and its fate to SCRATCH2. */
+/* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__seed seed = springls__seed_beside(model, i);
@@ -5362,20 +5378,20 @@ SPRINGLS__MATHS void springls__seed_element(const springls__model *model, spring
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
-/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
-   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
+/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all
+   earlier seeds near it are decided. */
 SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
 {
     SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);
+    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);
     springls__seed seed = seeds[i];
-    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
+    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE
+        if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
     return decided;
@@ -5383,20 +5399,19 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
 
 SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint8_t now = springls__seed_action(model)[i];
+    uint8_t current = springls__seed_action(model)[i];
     (void)args;
-    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;
+    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;
 }
 
-/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
+/* Flags seed i in seed_number when it is kept. */
 SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__seed_number(model)[i] =
-        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
+    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
-/* The first job.i[0] accepted seeds become springls. */
+/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */
 SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
@@ -5601,11 +5616,12 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
 /* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
-   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
+/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within
+   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
+                                          springls__exposure_arguments distance)
 {
-    const float r = springls__max(on_sheets, covered);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -5613,8 +5629,8 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float reach = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        float within = r + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
@@ -5623,16 +5639,30 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
 
-#define SPRINGLS__CUBES 729 /* a brick */
+#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */
 
-/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
+/* Returns the exposed triangles of a cube: bit k for the k-th one. */
+SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,
+                                                     springls__mc_cell cell, int x, int y, int z,
+                                                     springls__exposure_arguments distance)
+{
+    int mask = springls__mc_case(cell), k;
+    uint32_t bits = 0u;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;
+    }
+    return bits;
+}
+
+/* Finds the exposed triangles of active brick i, and how many they are. */
 SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     uint32_t count = 0u;
-    int x, y, z, k, row;
+    int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < 81; row += model->group.items) {
@@ -5642,20 +5672,15 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
         if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
         for (x = range.lo[0]; x <= range.hi[0]; x++) {
             springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-            int mask = springls__mc_case(cell);
-            for (k = 0; k < springls__mc_count(mask); k++) {
-                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,
-                                           args.exposure.covered_on_sheets)) continue;
-                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
-                count++;
-            }
+            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);
+            exposed[9 * row + x + 1] = (uint8_t)bits;
+            for (; bits; bits &= bits - 1u) count++;
         }
     }
     if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
-/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
+/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
 SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
@@ -5670,7 +5695,7 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
             springls__tri t;
             springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= args.insert.count) return; /* no more room, maybe since another brick */
+            if (at >= args.insert.count) return;
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
             p = springls__tri_centroid(t);
             springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
@@ -5678,12 +5703,12 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
     }
 }
 
-/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
+/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
     int first = args.fit.first, n = first + i, m;
     springls__springl s = model->set.s[n];
-    springls__v3 a = springls__adopt_correspondence(model, s, first);
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -5694,7 +5719,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     }
     model->set.s[n] = s;
     model->set.a[n] = springls__project_on_original(model, a);
-    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
+    model->set.synced_position[n] = s.p;
 }
 
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
@@ -6648,7 +6673,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
 /* resample.h - splitting at the longest edge (section 4.6). */
 
-/* 0, 1 or 2: the edge from that vertex to the next. */
+/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
 SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
 {
     float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
@@ -6663,26 +6688,26 @@ SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
                          springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
 }
 
-/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */
 SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 {
     int edge = springls__longest_edge(t);
-    springls__tri turned = t, part;
+    springls__tri turned = t, half;
     springls__v3 middle;
     if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
     if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
     middle = springls__lerp(turned.a, turned.b, 0.5f);
-    part.a = second ? middle : turned.a;
-    part.b = second ? turned.b : middle;
-    part.c = turned.c;
-    return part;
+    half.a = second ? middle : turned.a;
+    half.b = second ? turned.b : middle;
+    half.c = turned.c;
+    return half;
 }
 
-/* A springl that has been split in two; and where the halves have to go. */
+/* Half of a springl that is split. */
 typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
 
-/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
-   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
+/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
 SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
 {
     springls__half child;
@@ -6692,15 +6717,13 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.pad = 0.0f;
-    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
-        if (fit.ok) {
-            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-            child.s.p = fit.point;
-            child.s = springls__springl_finished(child.s);
-            child.a = springls__project_on_original(model, fit.a);
-        }
-    }
+    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
+    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    if (!fit.ok) return child;
+    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+    child.s.p = fit.point;
+    child.s = springls__springl_finished(child.s);
+    child.a = springls__project_on_original(model, fit.a);
     return child;
 }
 
@@ -6710,42 +6733,45 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
         || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
 }
 
-/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
+/* Flags springl i in split_number when it is to be split. */
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model,
-                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
-                                                                                     : 0u;
+    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
 }
 
-/* To SCRATCH2: the halves of the first job.i[0] of them. */
+/* Returns true when springl i is to be split and among the first args.insert.count of those. */
+SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
+{
+    return springls__split_number(model)[i] < (uint32_t)args.insert.count
+        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+}
+
+/* Splits springl i into halves, stored by its number. */
 SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);
-    uint32_t at = springls__split_number(model)[i];
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
-    halves[2u * at] = springls__child_of(model, i, 0);
-    halves[2u * at + 1u] = springls__child_of(model, i, 1);
+    uint32_t n = springls__split_number(model)[i];
+    if (!springls__is_split(model, i, args)) return;
+    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
+    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
 }
 
-/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
+/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);
-    uint32_t at = springls__split_number(model)[i];
+    uint32_t number = springls__split_number(model)[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
-    int n = model->set.count + (int)at;
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
-    first = halves[2u * at];
-    second = halves[2u * at + 1u];
+    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
+    int n = model->set.count + (int)number;
+    if (!springls__is_split(model, i, args)) return;
+    first = springls__split_halves(model)[2u * number];
+    second = springls__split_halves(model)[2u * number + 1u];
     model->set.generation[i]++;
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model,
-                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
+    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
@@ -6754,13 +6780,13 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 /* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
 /* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
-   never matters: whether a voxel is simple does not depend on the side it is on. */
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
-/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
+/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
 SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
 {
     return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
@@ -6776,33 +6802,33 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
     return m | (m & 0x003ffffu) << 9 | m >> 9;
 }
 
-/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
-   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected
+   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */
 SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
     unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int part = faces & (~faces + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;
     }
-    return faces != 0u && (faces & ~part) == 0u;
+    return faces != 0u && (faces & ~component) == 0u;
 }
 
-/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
 SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
 {
     unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int part = outside & (~outside + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
     }
-    return outside != 0u && part == outside;
+    return outside != 0u && component == outside;
 }
 
-/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
 SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
 {
     return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
@@ -6817,8 +6843,8 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
     return mask;
 }
 
-/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
-   live in phi, which receives what is granted of what phi_next asks for. */
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and
+   z). Voxels of one color are not neighbors, so they may change together, in any order. */
 SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -6835,11 +6861,11 @@ SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model
             }
 }
 
-/* What was not granted is taken out of phi_next. */
+/* Reverts the changes of side in phi_next that were not taken over. */
 SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int x;
@@ -7412,72 +7438,75 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 }
 
 /* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
-/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
-   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
-   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of
+   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL
+   (entry_points.cl) and a row of the test that compares the two. */
 
-/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \
+    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
-    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \
+    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
     X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \
-    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \
-    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
+    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
+    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
     X(track, 256, SPRINGLS__BIT(A))                                                                                              \
-    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \
-    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \
+    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
+    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
     X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
-    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \
-    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \
-    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \
+    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \
+    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \
+    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
     X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
-    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \
-    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \
-    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \
+    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
+    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
-    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \
-    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))
+    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
+    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
+                                   | SPRINGLS__ROLE_BIT(vertex_springl))
 
-/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
+/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
-    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \
+    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \
     X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
-    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \
+    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \
     X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
     X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
-    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \
+    X(surface_count, 8,                                                                                                          \
+      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \
+          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \
       SPRINGLS__SURFACE_FLOATS)                                                                                                  \
     X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
-/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
+/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
-   Name, and elements that a core of a processor takes at once. */
+/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
+   elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
     X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
     X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
@@ -7486,7 +7515,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
     X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
+    X(brick_lists_sort, 8)                                                                                                       \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
@@ -15685,7 +15715,8 @@ static const char *const springls__kernel_lines[] = {
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
     "#line 1482 \"springls.h\"\n",
-    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */\n",
+    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
+    "   voxels. */\n",
     "\n",
     "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
     "\n",
@@ -15713,7 +15744,8 @@ static const char *const springls__kernel_lines[] = {
     "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
     "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
     "\n",
-    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */\n",
+    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are\n",
+    "   left. */\n",
     "typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;\n",
     "\n",
     "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
@@ -15756,10 +15788,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1555 \"springls.h\"\n",
+    "#line 1557 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
-    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a\n",
-    "   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
+    "   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
     "\n",
     "/* Lists the roles that kernels use. */\n",
     "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
@@ -15837,7 +15869,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1637 \"springls.h\"\n",
+    "#line 1639 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -15913,7 +15945,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1714 \"springls.h\"\n",
+    "#line 1716 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
@@ -15929,7 +15961,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1731 \"springls.h\"\n",
+    "#line 1733 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15944,7 +15976,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1747 \"springls.h\"\n",
+    "#line 1749 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16068,7 +16100,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1871 \"springls.h\"\n",
+    "#line 1873 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16094,7 +16126,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1898 \"springls.h\"\n",
+    "#line 1900 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -16241,7 +16273,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2046 \"springls.h\"\n",
+    "#line 2048 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16256,7 +16288,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2061 \"springls.h\"\n",
+    "#line 2063 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16380,13 +16412,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2185 \"springls.h\"\n",
+    "#line 2187 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2194 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16398,7 +16430,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2204 \"springls.h\"\n",
+    "#line 2206 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16413,7 +16445,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2220 \"springls.h\"\n",
+    "#line 2222 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16457,7 +16489,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2264 \"springls.h\"\n",
+    "#line 2266 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16472,7 +16504,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2279 \"springls.h\"\n",
+    "#line 2281 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16516,7 +16548,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2323 \"springls.h\"\n",
+    "#line 2325 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -16588,7 +16620,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2395 \"springls.h\"\n",
+    "#line 2397 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16603,7 +16635,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2411 \"springls.h\"\n",
+    "#line 2413 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -16666,7 +16698,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2474 \"springls.h\"\n",
+    "#line 2476 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16681,7 +16713,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2489 \"springls.h\"\n",
+    "#line 2491 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -16744,14 +16776,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2553 \"springls.h\"\n",
-    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "#line 2555 \"springls.h\"\n",
+    "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
     "   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:\n",
     "   X(NAME, element type, elements that belong together, struct of the model, member). */\n",
     "\n",
-    "/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */\n",
+    "/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */\n",
     "#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \\\n",
     "    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \\\n",
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
@@ -16772,13 +16804,13 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
     "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
     "\n",
-    "/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */\n",
+    "/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */\n",
     "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
     "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
     "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
@@ -16788,22 +16820,23 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what a device needs to move springls by itself (advect.h). */\n",
+    "/* Lists what moves springls on a device (advect.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
     "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
-    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \\\n",
-    "    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \\\n",
+    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \\\n",
+    "    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \\\n",
+    "    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \\\n",
     "    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])\n",
     "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
     "    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \\\n",
     "    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \\\n",
     "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
     "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
-    "    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */\n",
+    "    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */\n",
     "\n",
     "/* Lists all arrays. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                      \\\n",
@@ -16848,15 +16881,15 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__RESHAPE 2\n",
     "#define SPRINGLS__UNDECIDED 3\n",
     "\n",
-    "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
-    "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
+    "/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,\n",
+    "   far outside and far inside, so that every brick of the top table can be read without a test. */\n",
     "#define SPRINGLS__BRICK 8\n",
     "#define SPRINGLS__BRICK_VOXELS 512\n",
     "#define SPRINGLS__OUTSIDE 0\n",
     "#define SPRINGLS__INSIDE 1\n",
     "#define SPRINGLS__FIRST_SLOT 2\n",
-    "#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */\n",
-    "#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */\n",
+    "#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */\n",
+    "#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */\n",
     "\n",
     "typedef struct springls__grid {\n",
     "    int size[3];            /* voxels                                                                */\n",
@@ -16866,7 +16899,7 @@ static const char *const springls__kernel_lines[] = {
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "} springls__grid;\n",
     "\n",
-    "/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */\n",
+    "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
     "typedef struct springls__cell_list {\n",
     "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
@@ -16883,7 +16916,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "} springls__work_arrays;\n",
     "\n",
-    "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
+    "/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */\n",
     "#define SPRINGLS__ROWS 64\n",
     "\n",
     "typedef struct springls__group { int item, items; } springls__group;\n",
@@ -16918,10 +16951,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
-    "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
-    "\n",
-    "/* The numbers that one run of a kernel is given besides. */\n",
-    "typedef struct springls__job { int i[4]; float f[4]; } springls__job;\n",
+    "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
     "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
@@ -16939,10 +16969,16 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }\n",
+    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)\n",
+    "{\n",
+    "    return springls__tri_normal(springls__springl_tri(s));\n",
+    "}\n",
     "\n",
-    "/* Does springl i lie at a sharp edge that is to be kept? */\n",
-    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
+    "/* Returns true when springl i lies at a sharp edge that is to be kept. */\n",
+    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->params.keep_edges && model->set.edge[i];\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
     "\n",
@@ -16972,7 +17008,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
-    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
+    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,\n",
+    "                                           uint32_t generation, uint8_t mask)\n",
     "{\n",
     "    springls__record record;\n",
     "    record.s = s;\n",
@@ -16985,14 +17022,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* phi has been made to follow the springls. */\n",
+    "/* Marks particle i as one that phi follows: notes its place. */\n",
     "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH7: how far a particle has come since then, squared. */\n",
+    "/* Finds how far particle i has come since then, squared. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -17038,11 +17075,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2848 \"springls.h\"\n",
+    "#line 2855 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
-    "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
-    "   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */\n",
+    "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object\n",
+    "   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */\n",
     "\n",
     "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
     "\n",
@@ -17082,16 +17119,17 @@ static const char *const springls__kernel_lines[] = {
     "    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;\n",
     "}\n",
     "\n",
-    "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
+    "/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit\n",
     "   (dx+1) + 3(dy+1) + 9(dz+1). */\n",
-    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)\n",
+    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z,\n",
+    "                                                        bool last_z)\n",
     "{\n",
     "    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;\n",
     "    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);\n",
     "    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);\n",
     "}\n",
     "\n",
-    "/* Value at a voxel of the domain. */\n",
+    "/* Returns the value at a voxel of the domain. */\n",
     "SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
     "{\n",
     "    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];\n",
@@ -17102,7 +17140,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];\n",
     "}\n",
     "\n",
-    "/* phi at any voxel; beyond the domain by the border rule above. */\n",
+    "/* Returns phi at any voxel, by the border rule beyond the domain. */\n",
     "SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
     "{\n",
     "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),\n",
@@ -17110,7 +17148,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
-    "/* Trilinear value at x, the border rule included. */\n",
+    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
     "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
@@ -17131,7 +17169,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, u, v, w);\n",
     "}\n",
     "\n",
-    "/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */\n",
+    "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
@@ -17145,7 +17183,7 @@ static const char *const springls__kernel_lines[] = {
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
-    "/* Gradient of the trilinear values by central differences over one voxel. */\n",
+    "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
     "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
@@ -17157,7 +17195,7 @@ static const char *const springls__kernel_lines[] = {
     "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
     "}\n",
     "\n",
-    "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
+    "/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */\n",
     "#define SPRINGLS__TILE 10\n",
     "#define SPRINGLS__TILE_VOXELS 1000\n",
     "\n",
@@ -17166,7 +17204,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
-    "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
+    "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -17174,7 +17212,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool border;\n",
     "    springls__slot_origin(g, slot, o);\n",
     "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
-    "    SPRINGLS__BARRIER; /* whoever still reads what was in it */\n",
+    "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
     "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
     "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
     "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
@@ -17234,7 +17272,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
     "}\n",
     "\n",
-    "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
+    "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
     "#define SPRINGLS__WIDE_MARGIN 3\n",
     "#define SPRINGLS__WIDE 14\n",
     "#define SPRINGLS__WIDE_VOXELS 2744\n",
@@ -17246,8 +17284,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
     "} springls__wide_tile;\n",
     "\n",
-    "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
-    "   items must. */\n",
+    "/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,\n",
+    "   which loads nothing. */\n",
     "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
@@ -17277,7 +17315,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
-    "/* Trilinear value at x, in voxels from the brick's first one. */\n",
+    "/* Interpolates at x, in voxels from the brick's first one, trilinear. */\n",
     "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
@@ -17336,8 +17374,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 lower = s.q[0], upper = s.q[0];\n",
     "    int m;\n",
     "    for (m = 1; m < 3; m++) {\n",
-    "        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));\n",
-    "        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));\n",
+    "        springls__v3 q = s.q[m];\n",
+    "        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));\n",
+    "        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));\n",
     "    }\n",
     "    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);\n",
     "    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);\n",
@@ -17406,7 +17445,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3217 \"springls.h\"\n",
+    "#line 3226 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17415,7 +17454,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3226 \"springls.h\"\n",
+    "#line 3235 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17430,7 +17469,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3242 \"springls.h\"\n",
+    "#line 3251 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17442,7 +17481,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3254 \"springls.h\"\n",
+    "#line 3263 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17457,7 +17496,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3269 \"springls.h\"\n",
+    "#line 3278 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17469,7 +17508,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3281 \"springls.h\"\n",
+    "#line 3290 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17666,11 +17705,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3833 \"springls.h\"\n",
-    "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
-    "   `large` instead, so that one huge triangle does not widen every search. */\n",
+    "#line 3842 \"springls.h\"\n",
+    "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is\n",
+    "   listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
-    "/* The cell of a voxel within its brick. */\n",
+    "/* Returns the cell of a voxel within its brick. */\n",
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
     "{\n",
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
@@ -17706,7 +17745,7 @@ static const char *const springls__kernel_lines[] = {
     "    return walk;\n",
     "}\n",
     "\n",
-    "/* The next springl, or -1 at the end. */\n",
+    "/* Returns the next springl; -1 at the end. */\n",
     "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
     "{\n",
     "    while (walk->next == walk->end) {\n",
@@ -17733,14 +17772,14 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->cells->ids[walk->next++];\n",
     "}\n",
     "\n",
-    "/* All springls whose particle may lie within r of x, and some more. */\n",
+    "/* Begins a walk over all springls whose particle may lie within r of x, and some more. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
     "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
     "}\n",
     "\n",
-    "/* All springls of which some point may lie within `radius` of the box. */\n",
+    "/* Begins a walk over all springls of which some point may lie within `radius` of the box. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
     "                                                               springls__v3 upper, float radius)\n",
     "{\n",
@@ -17749,20 +17788,22 @@ static const char *const springls__kernel_lines[] = {
     "                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
     "}\n",
     "\n",
-    "/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */\n",
+    "/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */\n",
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
+    "/* Finds the cell of particle i, counted through all slots. */\n",
     "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float reach_cap = 2.5f; /* twice that of a springl about to be split */\n",
+    "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
+    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */\n",
     "    (void)args;\n",
-    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY\n",
-    "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
+    "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
+    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
@@ -17814,7 +17855,8 @@ static const char *const springls__kernel_lines[] = {
     "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;\n",
     "}\n",
     "\n",
-    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */\n",
+    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around\n",
+    "   counts. */\n",
     "SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)\n",
     "{\n",
     "    uint32_t mask = 0;\n",
@@ -17838,7 +17880,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4006 \"springls.h\"\n",
+    "#line 4018 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17918,10 +17960,10 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4087 \"springls.h\"\n",
-    "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
+    "#line 4099 \"springls.h\"\n",
+    "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
-    "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
+    "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
     "SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)\n",
     "{\n",
     "    springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);\n",
@@ -17929,16 +17971,17 @@ static const char *const springls__kernel_lines[] = {
     "    return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;\n",
     "}\n",
     "\n",
-    "/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */\n",
+    "/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */\n",
     "SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)\n",
     "{\n",
-    "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);\n",
+    "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);\n",
+    "    float c = springls__corner_cosine(t.c, t.a, t.b);\n",
     "    float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));\n",
     "    float area2 = springls__length2(springls__tri_area2(t));\n",
     "    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;\n",
     "}\n",
     "\n",
-    "/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */\n",
+    "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */\n",
     "SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)\n",
     "{\n",
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
@@ -17955,27 +17998,28 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a\n",
-    "   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot\n",
+    "   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */\n",
     "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
-    "    const float reach = 1.6f, aside = 1.0f;\n",
+    "    const float range = 1.6f, aside = 1.0f; /* voxels */\n",
     "    float depth = -springls__dot(d, n), d2 = springls__length2(d);\n",
-    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;\n",
+    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* 1 when it is beside the springl, on the same side or round the sheet's rim. */\n",
+    "/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */\n",
     "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
-    "    const float reach = 1.5f;\n",
-    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
+    "    const float range = 1.5f; /* voxels */\n",
+    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;\n",
     "}\n",
     "\n",
-    "/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the\n",
-    "   grid are far from the zero level. */\n",
+    "/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far\n",
+    "   from the zero level. */\n",
     "SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
+    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),\n",
+    "                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
     "                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));\n",
     "    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));\n",
     "}\n",
@@ -17986,9 +18030,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
-    "   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of\n",
-    "   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */\n",
+    "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
+    "   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;\n",
+    "   in front of springls left over where two bodies have merged it is inside. */\n",
     "SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, ahead = 1.5f;\n",
@@ -18003,7 +18047,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;\n",
     "        if (other == i || springls__length2(d) > r * r) continue;\n",
-    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */\n",
+    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */\n",
     "        m = springls__springl_normal(model->set.s[other]);\n",
     "        if (springls__is_far_side(d, n, m)) return true;\n",
     "        beside += springls__is_beside(d, n, m);\n",
@@ -18012,32 +18056,33 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes\n",
-    "   the projection hold phi near zero. */\n",
+    "/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near\n",
+    "   zero in the projection. */\n",
     "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
     "{\n",
     "    const float ahead = 0.75f, deep = -0.2f;\n",
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
+    "    springls__tri t = springls__springl_tri(s);\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    *fate = SPRINGLS__KEEP;\n",
-    "    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,\n",
-    "                                                           model->params.min_area))\n",
-    "        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
+    "    *action = SPRINGLS__KEEP;\n",
+    "    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;\n",
+    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;\n",
+    "    else if (!model->set.mask[i]\n",
+    "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
+    "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "/* A good shape about the same particle, which keeps its exact path and correspondence. */\n",
+    "/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */\n",
     "SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */\n",
+    "    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
     "    springls__v3 area2 = springls__tri_area2(t), n;\n",
@@ -18050,9 +18095,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.\n",
-    "   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */\n",
-    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It\n",
+    "   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -18064,9 +18109,9 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        bool older = model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
-    "        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
+    "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
     "    return decided;\n",
@@ -18074,20 +18119,20 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);\n",
-    "    uint8_t now = fate[i];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);\n",
+    "    uint8_t current = action[i];\n",
     "    (void)args;\n",
-    "    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
+    "    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;\n",
     "}\n",
     "\n",
-    "/* All that are kept so far are undecided. */\n",
+    "/* Makes springl i undecided unless it is removed already. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4257 \"springls.h\"\n",
+    "#line 4272 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -18160,7 +18205,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4331 \"springls.h\"\n",
+    "#line 4346 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18186,7 +18231,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4358 \"springls.h\"\n",
+    "#line 4373 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -18255,7 +18300,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4428 \"springls.h\"\n",
+    "#line 4443 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18377,7 +18422,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4551 \"springls.h\"\n",
+    "#line 4566 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18430,7 +18475,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4605 \"springls.h\"\n",
+    "#line 4620 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -18446,7 +18491,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4621 \"springls.h\"\n",
+    "#line 4636 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18461,7 +18506,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4637 \"springls.h\"\n",
+    "#line 4652 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18472,7 +18517,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4648 \"springls.h\"\n",
+    "#line 4663 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18487,7 +18532,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4663 \"springls.h\"\n",
+    "#line 4678 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18498,7 +18543,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4674 \"springls.h\"\n",
+    "#line 4689 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18597,7 +18642,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4774 \"springls.h\"\n",
+    "#line 4789 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -19007,16 +19052,16 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5185 \"springls.h\"\n",
+    "#line 5200 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
-    "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
+    "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)\n",
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
     "\n",
-    "/* eq. 26. */\n",
+    "/* Projects a onto the original surface (eq. 26). */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)\n",
     "{\n",
     "    const springls__grid *g = &model->reference;\n",
@@ -19027,7 +19072,7 @@ static const char *const springls__kernel_lines[] = {
     "    return a;\n",
     "}\n",
     "\n",
-    "/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
+    "/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
     "SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)\n",
     "{\n",
     "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));\n",
@@ -19037,9 +19082,9 @@ static const char *const springls__kernel_lines[] = {
     "    return d2;\n",
     "}\n",
     "\n",
-    "/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when\n",
-    "   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)\n",
+    "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's when\n",
+    "   that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    float radius = model->params.neighbor_radius;\n",
@@ -19052,7 +19097,7 @@ static const char *const springls__kernel_lines[] = {
     "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "            float d2;\n",
     "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
-    "                continue; /* the far sheet */\n",
+    "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
@@ -19069,7 +19114,7 @@ static const char *const springls__kernel_lines[] = {
     "    return s.p;\n",
     "}\n",
     "\n",
-    "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
+    "/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
@@ -19092,7 +19137,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    result = springls__fit_end(fit);\n",
     "    if (!result.ok) return result;\n",
-    "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
+    "    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */\n",
     "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
     "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
     "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
@@ -19105,15 +19150,16 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5284 \"springls.h\"\n",
-    "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
+    "#line 5299 \"springls.h\"\n",
+    "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
-    "/* A springl to be. */\n",
+    "/* A springl to add. */\n",
     "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
     "\n",
-    "/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */\n",
+    "/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */\n",
     "#define SPRINGLS__SEED_DISTANCE 0.7f\n",
-    "#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */\n",
+    "/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */\n",
+    "#define SPRINGLS__SEED_RANGE 1.85f\n",
     "\n",
     "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
@@ -19134,7 +19180,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */\n",
+    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */\n",
     "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
@@ -19143,28 +19189,28 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
-    "        weight += say.weight;\n",
-    "        value += say.weight * say.distance * say.distance;\n",
+    "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        weight += estimate.weight;\n",
+    "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
     "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
     "}\n",
     "\n",
-    "/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface\n",
-    "   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */\n",
+    "/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the\n",
+    "   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
     "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
-    "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
+    "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
-    "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
-    "    x = springls__mad(s->p, opening.middle, away);\n",
+    "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
+    "    x = springls__mad(s->p, gap.middle, away);\n",
     "    if (!springls__has_room(model, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
@@ -19178,7 +19224,7 @@ static const char *const springls__kernel_lines[] = {
     "    return seed;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
+    "/* Finds the seed beside springl i, if any. */\n",
     "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__seed seed = springls__seed_beside(model, i);\n",
@@ -19187,20 +19233,20 @@ static const char *const springls__kernel_lines[] = {
     "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
-    "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
+    "/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all\n",
+    "   earlier seeds near it are decided. */\n",
     "SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);\n",
     "    springls__seed seed = seeds[i];\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        if (other >= i || fate[other] == SPRINGLS__REMOVE\n",
+    "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
     "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
     "    return decided;\n",
@@ -19208,20 +19254,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint8_t now = springls__seed_action(model)[i];\n",
+    "    uint8_t current = springls__seed_action(model)[i];\n",
     "    (void)args;\n",
-    "    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;\n",
+    "    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
+    "/* Flags seed i in seed_number when it is kept. */\n",
     "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__seed_number(model)[i] =\n",
-    "        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* The first job.i[0] accepted seeds become springls. */\n",
+    "/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */\n",
     "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
@@ -19234,7 +19279,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5414 \"springls.h\"\n",
+    "#line 5429 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19421,14 +19466,15 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5602 \"springls.h\"\n",
+    "#line 5617 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
-    "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
-    "   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */\n",
-    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)\n",
+    "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within\n",
+    "   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float r = springls__max(on_sheets, covered);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
@@ -19436,8 +19482,8 @@ static const char *const springls__kernel_lines[] = {
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float reach = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        float within = r + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
     "        if (nearest2 <= covered * covered) return false;\n",
@@ -19446,16 +19492,30 @@ static const char *const springls__kernel_lines[] = {
     "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
     "\n",
-    "#define SPRINGLS__CUBES 729 /* a brick */\n",
+    "#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */\n",
     "\n",
-    "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
+    "/* Returns the exposed triangles of a cube: bit k for the k-th one. */\n",
+    "SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,\n",
+    "                                                     springls__mc_cell cell, int x, int y, int z,\n",
+    "                                                     springls__exposure_arguments distance)\n",
+    "{\n",
+    "    int mask = springls__mc_case(cell), k;\n",
+    "    uint32_t bits = 0u;\n",
+    "    for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);\n",
+    "        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;\n",
+    "    }\n",
+    "    return bits;\n",
+    "}\n",
+    "\n",
+    "/* Finds the exposed triangles of active brick i, and how many they are. */\n",
     "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    uint32_t count = 0u;\n",
-    "    int x, y, z, k, row;\n",
+    "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
@@ -19465,20 +19525,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
     "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
     "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
-    "            int mask = springls__mc_case(cell);\n",
-    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
-    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,\n",
-    "                                           args.exposure.covered_on_sheets)) continue;\n",
-    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
-    "                count++;\n",
-    "            }\n",
+    "            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);\n",
+    "            exposed[9 * row + x + 1] = (uint8_t)bits;\n",
+    "            for (; bits; bits &= bits - 1u) count++;\n",
     "        }\n",
     "    }\n",
     "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
-    "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
+    "/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */\n",
     "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
@@ -19493,7 +19548,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
     "            if (!(exposed[cube] >> k & 1)) continue;\n",
-    "            if (at >= args.insert.count) return; /* no more room, maybe since another brick */\n",
+    "            if (at >= args.insert.count) return;\n",
     "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
     "            p = springls__tri_centroid(t);\n",
     "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
@@ -19501,12 +19556,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
+    "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int first = args.fit.first, n = first + i, m;\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
+    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -19517,9 +19572,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    model->set.s[n] = s;\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
-    "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
+    "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5701 \"springls.h\"\n",
+    "#line 5726 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19884,7 +19939,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6067 \"springls.h\"\n",
+    "#line 6092 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -20033,7 +20088,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6217 \"springls.h\"\n",
+    "#line 6242 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20061,7 +20116,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6245 \"springls.h\"\n",
+    "#line 6270 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20076,7 +20131,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6261 \"springls.h\"\n",
+    "#line 6286 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20244,7 +20299,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6429 \"springls.h\"\n",
+    "#line 6454 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20259,7 +20314,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6444 \"springls.h\"\n",
+    "#line 6469 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20427,7 +20482,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6612 \"springls.h\"\n",
+    "#line 6637 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -20463,10 +20518,10 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6649 \"springls.h\"\n",
+    "#line 6674 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
-    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
+    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
     "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
     "{\n",
     "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
@@ -20481,26 +20536,26 @@ static const char *const springls__kernel_lines[] = {
     "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
     "}\n",
     "\n",
-    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
+    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */\n",
     "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
     "{\n",
     "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, part;\n",
+    "    springls__tri turned = t, half;\n",
     "    springls__v3 middle;\n",
     "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
     "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
     "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    part.a = second ? middle : turned.a;\n",
-    "    part.b = second ? turned.b : middle;\n",
-    "    part.c = turned.c;\n",
-    "    return part;\n",
+    "    half.a = second ? middle : turned.a;\n",
+    "    half.b = second ? turned.b : middle;\n",
+    "    half.c = turned.c;\n",
+    "    return half;\n",
     "}\n",
     "\n",
-    "/* A springl that has been split in two; and where the halves have to go. */\n",
+    "/* Half of a springl that is split. */\n",
     "typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;\n",
     "\n",
-    "/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and\n",
-    "   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */\n",
+    "/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
+    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
     "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
     "{\n",
     "    springls__half child;\n",
@@ -20510,15 +20565,13 @@ static const char *const springls__kernel_lines[] = {
     "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
     "    child.a = model->set.a[i];\n",
     "    child.pad = 0.0f;\n",
-    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
-    "        if (fit.ok) {\n",
-    "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "            child.s.p = fit.point;\n",
-    "            child.s = springls__springl_finished(child.s);\n",
-    "            child.a = springls__project_on_original(model, fit.a);\n",
-    "        }\n",
-    "    }\n",
+    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
+    "    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    if (!fit.ok) return child;\n",
+    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "    child.s.p = fit.point;\n",
+    "    child.s = springls__springl_finished(child.s);\n",
+    "    child.a = springls__project_on_original(model, fit.a);\n",
     "    return child;\n",
     "}\n",
     "\n",
@@ -20528,56 +20581,59 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
+    "/* Flags springl i in split_number when it is to be split. */\n",
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model,\n",
-    "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
-    "                                                                                     : 0u;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
+    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
+    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
+    "{\n",
+    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
+    "        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));\n",
+    "}\n",
+    "\n",
+    "/* Splits springl i into halves, stored by its number. */\n",
     "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);\n",
-    "    uint32_t at = springls__split_number(model)[i];\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
-    "    halves[2u * at] = springls__child_of(model, i, 0);\n",
-    "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
+    "    uint32_t n = springls__split_number(model)[i];\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
+    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
+    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);\n",
-    "    uint32_t at = springls__split_number(model)[i];\n",
+    "    uint32_t number = springls__split_number(model)[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
     "    springls__half first, second;\n",
-    "    int n = model->set.count + (int)at;\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
-    "    first = halves[2u * at];\n",
-    "    second = halves[2u * at + 1u];\n",
+    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
+    "    int n = model->set.count + (int)number;\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    first = springls__split_halves(model)[2u * number];\n",
+    "    second = springls__split_halves(model)[2u * number + 1u];\n",
     "    model->set.generation[i]++;\n",
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model,\n",
-    "                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
+    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6756 \"springls.h\"\n",
+    "#line 6782 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
-    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
     "\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
     "\n",
-    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
+    "/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
     "{\n",
     "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
@@ -20593,33 +20649,33 @@ static const char *const springls__kernel_lines[] = {
     "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
     "}\n",
     "\n",
-    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
-    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected\n",
+    "   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */\n",
     "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int faces = mask27 & 0x0415410u;\n",
     "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;\n",
     "    }\n",
-    "    return faces != 0u && (faces & ~part) == 0u;\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
     "}\n",
     "\n",
-    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
     "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
     "    }\n",
-    "    return outside != 0u && part == outside;\n",
+    "    return outside != 0u && component == outside;\n",
     "}\n",
     "\n",
-    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
     "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
@@ -20634,8 +20690,8 @@ static const char *const springls__kernel_lines[] = {
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
-    "   live in phi, which receives what is granted of what phi_next asks for. */\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and\n",
+    "   z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
     "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -20652,11 +20708,11 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "}\n",
     "\n",
-    "/* What was not granted is taken out of phi_next. */\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
     "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int x;\n",
@@ -20664,7 +20720,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6852 \"springls.h\"\n",
+    "#line 6878 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
@@ -20738,7 +20794,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6927 \"springls.h\"\n",
+    "#line 6953 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20969,7 +21025,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7159 \"springls.h\"\n",
+    "#line 7185 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -21224,73 +21280,76 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7415 \"springls.h\"\n",
-    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
-    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
-    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "#line 7441 \"springls.h\"\n",
+    "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
+    "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
+    "   (entry_points.cl) and a row of the test that compares the two. */\n",
     "\n",
-    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
-    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \\\n",
+    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
-    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \\\n",
+    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
     "    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \\\n",
-    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \\\n",
-    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \\\n",
-    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \\\n",
+    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \\\n",
+    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \\\n",
+    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \\\n",
     "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
     "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
-    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \\\n",
+    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \\\n",
     "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
-    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \\\n",
-    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \\\n",
-    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \\\n",
+    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \\\n",
+    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
     "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
-    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \\\n",
-    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \\\n",
-    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \\\n",
+    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
+    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
+    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
-    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \\\n",
-    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))\n",
+    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
+    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
+    "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
-    "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
+    "/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \\\n",
+    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \\\n",
     "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \\\n",
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
-    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \\\n",
+    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \\\n",
     "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \\\n",
     "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \\\n",
-    "    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \\\n",
+    "    X(surface_count, 8,                                                                                                          \\\n",
+    "      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \\\n",
+    "          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \\\n",
     "      SPRINGLS__SURFACE_FLOATS)                                                                                                  \\\n",
     "    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
     "\n",
-    "/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */\n",
+    "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
-    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
-    "   Name, and elements that a core of a processor takes at once. */\n",
+    "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
+    "   elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
     "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \\\n",
     "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \\\n",
@@ -21299,13 +21358,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
     "    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
-    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
+    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \\\n",
+    "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21306 \"springls.h\"\n",
-    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items\n",
-    "   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans\n",
-    "   over chunks, and numbers are sorted within each list. */\n",
+    "#line 21366 \"springls.h\"\n",
+    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
+    "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
+    "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
     "\n",
     "/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */\n",
     "\n",
@@ -21372,7 +21432,8 @@ static const char *const springls__kernel_lines[] = {
     "    __global const uchar *bytes = springls__bytes(model, args.chunk.array);\n",
     "    uint sum = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        if (bytes[k] == args.chunk.value) sum++;\n",
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
@@ -21382,7 +21443,8 @@ static const char *const springls__kernel_lines[] = {
     "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        largest = springls__max(largest, values[k]);\n",
     "    ((__global float *)model->work.sums)[i] = largest;\n",
     "}\n",
     "\n",
@@ -21647,12 +21709,12 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region after the\n",
-    "   other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any order: minima\n",
-    "   and sums of integers.\n",
+    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region\n",
+    "   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any\n",
+    "   order: minima and sums of integers.\n",
     "\n",
-    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of each: a\n",
-    "   smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
+    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of\n",
+    "   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
     "\n",
     "typedef struct springls__regions {\n",
     "    const springls__model *model;\n",
@@ -21832,7 +21894,8 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (root < 0) root = springls__region_root(r->label, label);\n",
     "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2]) + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
+    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2])\n",
+    "                   + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
     "                   + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
@@ -21864,7 +21927,8 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
+    "/* entry_points.cl - the kernels that OpenCL starts: each makes the model of its arguments and does its elements. No maths\n",
+    "   here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
@@ -21876,26 +21940,26 @@ static const char *const springls__kernel_lines[] = {
     "    springls__shape_set(&model, shape);                                                                                          \\\n",
     "    model.params = params;\n",
     "\n",
-    "/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */\n",
+    "/* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */\n",
     "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
     "    {                                                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
     "        model.group = springls__alone();                                                                                         \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                  \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                 \\\n",
     "    }\n",
     "\n",
-    "/* ... or a work group. */\n",
+    "/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */\n",
     "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
     "    {                                                                                                                            \\\n",
     "        __local float memory[floats];                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
     "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
     "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                          \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
