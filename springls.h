@@ -3551,8 +3551,8 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
-   log it: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
+   not log it: springls__fall_back_to_host does. */
 struct springls_backend {
     /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -3625,7 +3625,11 @@ typedef struct springls__motion {
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
-typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+typedef enum springls__entry_kind {
+    SPRINGLS__ENTRY_RUN,
+    SPRINGLS__ENTRY_REPEAT_WHILE,
+    SPRINGLS__ENTRY_END_REPEAT
+} springls__entry_kind;
 
 /* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {
@@ -3785,7 +3789,8 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member)                                                     \
+    ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
@@ -3801,10 +3806,12 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
 
 /* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
    a kernel next uses it (springls__to_device). */
-SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
+SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element,
+                                                  size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
+    size_t kept = buffer->host_stale ? 0 : keep * element;
+    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, kept);
     springls__bind(ctx);
     return status;
 }
@@ -7521,7 +7528,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
-/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
+/* kernel_table.h - makes of each line of the table in kernels_embed/device/kernels.h a number, a record and a loop. */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -7677,7 +7684,8 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array))
+            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
@@ -7736,7 +7744,8 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
-SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
+SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel,
+                                                   const springls__arguments *args)
 {
     springls__kernel_run run;
     memset(&run, 0, sizeof run);
@@ -7755,7 +7764,8 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
 }
 
 /* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
-SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                          const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
     if (springls__run_on_device(ctx, kernel, count, args) == SPRINGLS_OK) return true;
@@ -7870,7 +7880,8 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project",
+                                                             "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -8218,7 +8229,7 @@ SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 }
 
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
-/* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move. */
 
 /* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
@@ -8226,7 +8237,7 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
-/* Springls have been put behind the others by springls__springl_add. */
+/* Counts springls that springls__springl_add has put behind the others. */
 SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added)
 {
     ctx->model.set.count += added;
@@ -8238,7 +8249,8 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
+    /* the last of the arrays that grow */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3));
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -8263,22 +8275,22 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
+/* Notes that the level set agrees with the springls as they are now: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* The longest way of any particle since then, voxels. In SCRATCH7. */
-SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
+/* Returns the largest displacement of a particle since then, in voxels. */
+SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
+    *displacement = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 
-/* To be called after anything that moves springls. */
+/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
@@ -8286,7 +8298,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
     ctx->springl_surface_fresh = false;
 }
 
-/* To be called after anything that adds, removes or replaces springls. */
+/* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
 SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
@@ -8388,11 +8400,15 @@ SPRINGLS__FN size_t springls__table_size(size_t entries)
 }
 
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
-/* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+/* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
 
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
+/* Makes phi_next the new phi. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+}
 
+/* Sets all voxels of a slot. */
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 {
     float *brick = field + (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -8400,7 +8416,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of omega. */
+/* Sets the constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
     springls__arguments args;
@@ -8415,7 +8431,7 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
-/* The constant bricks of a grid, far outside and far inside. */
+/* Sets the constant bricks of a grid's phi, far outside and far inside. */
 SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
     g->far_value = ctx->model.params.band_half_width + 1.0f;
@@ -8423,7 +8439,7 @@ SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* ... and what the model's grid has besides. */
+/* Sets all fields of the constant bricks of the model's grid. */
 SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8437,7 +8453,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     }
 }
 
-/* Everything of a grid outside: keeps memory. */
+/* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -8447,7 +8463,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     springls__grid_constants(ctx, g);
 }
 
-/* The model and its reference are empty. */
+/* Makes all of the model's grid and of its reference outside. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__discard_device_copies(ctx);
@@ -8457,6 +8473,7 @@ SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
     ctx->reference_stamp = 0;
 }
 
+/* Makes the model's grid and its reference, all outside, of the size in the description. */
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8483,8 +8500,8 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
     g->slot_count += n - reused;
 }
 
-/* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
-   it had, and keeps `active` ordered by brick. */
+/* Gives every brick of a list a slot, filled with the constant that the brick had; keeps `active` ordered by brick. The list may
+   have any order, repetitions, and bricks that are active already; it is sorted. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8524,7 +8541,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
     g->active_count = n;
 }
 
-/* phi_ref = phi: the same slots. */
+/* Copies phi to phi_ref, in the same slots. */
 SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -9143,11 +9160,11 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 }
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
-   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
-   so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend within
+   a cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
 
-/* Every particle's cell, its brick being made active if need be. */
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -9167,13 +9184,30 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    const springls__springl *s = ctx->model.set.s;
+    const springls__grid *g = &ctx->model.grid;
     size_t n = (size_t)ctx->model.set.count;
-    uint32_t running = 0;
+    uint32_t before = 0;
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
@@ -9185,24 +9219,14 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
-    for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        springls__count_in_cell(&ctx->model, i);
-    }
-    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
 
-/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -11246,7 +11270,7 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
-/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 
 /* ---- conditions of entries ---- */
 
@@ -11316,7 +11340,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     if (step->time_left <= 0.0f) return SPRINGLS_OK;
     *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
     if (ctx->time + (double)*dt == ctx->time)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                              (double)*dt);
     if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -11376,7 +11401,7 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
@@ -11503,7 +11528,8 @@ static const springls__step_entry springls__advect_only[] = {
 
 SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
 {
-    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+    if (mode == SPRINGLS_MODE_FLUID) return springls__fluid;
+    return mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
 }
 
 /* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
@@ -17705,7 +17731,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3842 \"springls.h\"\n",
+    "#line 3849 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is\n",
     "   listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -17880,7 +17906,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4018 \"springls.h\"\n",
+    "#line 4025 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17960,7 +17986,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4099 \"springls.h\"\n",
+    "#line 4106 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -18132,7 +18158,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4272 \"springls.h\"\n",
+    "#line 4279 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -18205,7 +18231,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4346 \"springls.h\"\n",
+    "#line 4353 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18231,7 +18257,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4373 \"springls.h\"\n",
+    "#line 4380 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -18300,7 +18326,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4443 \"springls.h\"\n",
+    "#line 4450 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18422,7 +18448,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4566 \"springls.h\"\n",
+    "#line 4573 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18475,7 +18501,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4620 \"springls.h\"\n",
+    "#line 4627 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -18491,7 +18517,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4636 \"springls.h\"\n",
+    "#line 4643 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18506,7 +18532,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4652 \"springls.h\"\n",
+    "#line 4659 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18517,7 +18543,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4663 \"springls.h\"\n",
+    "#line 4670 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18532,7 +18558,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4678 \"springls.h\"\n",
+    "#line 4685 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18543,7 +18569,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4689 \"springls.h\"\n",
+    "#line 4696 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18642,7 +18668,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4789 \"springls.h\"\n",
+    "#line 4796 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -19052,7 +19078,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5200 \"springls.h\"\n",
+    "#line 5207 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19150,7 +19176,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5299 \"springls.h\"\n",
+    "#line 5306 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19279,7 +19305,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5429 \"springls.h\"\n",
+    "#line 5436 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19466,7 +19492,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5617 \"springls.h\"\n",
+    "#line 5624 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within\n",
@@ -19574,7 +19600,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5726 \"springls.h\"\n",
+    "#line 5733 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19939,7 +19965,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6092 \"springls.h\"\n",
+    "#line 6099 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -20088,7 +20114,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6242 \"springls.h\"\n",
+    "#line 6249 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20116,7 +20142,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6270 \"springls.h\"\n",
+    "#line 6277 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20131,7 +20157,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6286 \"springls.h\"\n",
+    "#line 6293 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20299,7 +20325,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6454 \"springls.h\"\n",
+    "#line 6461 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20314,7 +20340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6469 \"springls.h\"\n",
+    "#line 6476 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20482,7 +20508,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6637 \"springls.h\"\n",
+    "#line 6644 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -20518,7 +20544,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6674 \"springls.h\"\n",
+    "#line 6681 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -20625,7 +20651,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6782 \"springls.h\"\n",
+    "#line 6789 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -20720,7 +20746,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6878 \"springls.h\"\n",
+    "#line 6885 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
@@ -20794,7 +20820,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6953 \"springls.h\"\n",
+    "#line 6960 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21025,7 +21051,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7185 \"springls.h\"\n",
+    "#line 7192 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -21280,7 +21306,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7441 \"springls.h\"\n",
+    "#line 7448 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21362,7 +21388,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21366 \"springls.h\"\n",
+    "#line 21392 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
