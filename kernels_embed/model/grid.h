@@ -117,6 +117,12 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
+/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+SPRINGLS__MATHS int springls__tile_step(int d)
+{
+    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
+}
+
 /* Each item of a group loads some of its rows; it is there for all when this returns. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
@@ -159,20 +165,21 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
     return v;
 }
 
-/* Return the smallest and the largest of the six neighbours. */
+/* Returns the smallest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
+/* Returns the largest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
 }
 
-/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
     springls__vmask inside = c < 0.0f;
@@ -197,8 +204,8 @@ typedef struct springls__wide_tile {
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
-   items must. */
+/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the
+   same, as work items must. */
 SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {

@@ -1,4 +1,4 @@
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -8,7 +8,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -21,7 +21,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads q and p of the springls first, first + 1, ..., one a lane; the other members stay unset. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
     float number[12][SPRINGLS__WIDTH];
@@ -36,7 +36,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBA
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes all members of the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
