@@ -1705,7 +1705,7 @@ typedef union springls__arguments {
   }
 #endif
 
-/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */
 SPRINGLS__MATHS float springls__floor(float x)
 {
     float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;
@@ -1717,7 +1717,7 @@ SPRINGLS__MATHS float springls__floor(float x)
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
-/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
@@ -1730,8 +1730,8 @@ SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
 
 
 /* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -1788,7 +1788,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -1814,8 +1814,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -1887,7 +1887,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
@@ -1897,9 +1897,9 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
 }
 
 /* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
-/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
-   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
-   the same order: the bits are the same for every width. */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the
+   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a
+   single number in the same order, so every width gives the same bits. */
 
 #if defined(__OPENCL_VERSION__)
 
@@ -1968,7 +1968,12 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
 #define springls__vec_not(where) (~(where))
 
-SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
+{
+    return *(const springls__vec_anywhere *)(const void *)from;
+}
+
+
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -1982,7 +1987,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, sp
     return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
 }
 
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+/* Returns a < b ? a : b, the second where they are equal or not ordered. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
 {
 #if defined(SPRINGLS__SIMD)
@@ -2046,7 +2051,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 
 /* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2102,7 +2107,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -2128,8 +2133,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -2185,9 +2190,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
+/* A table for springls__vec_from. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-/* Returns first, first + 1, ...: places along a row of eight. */
+/* Returns first, first + 1, ..., for the places along a row of eight. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
 
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
@@ -2203,8 +2209,8 @@ typedef struct springls__tri_plan {
 } springls__tri_plan;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2236,7 +2242,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2244,8 +2250,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2264,7 +2270,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2295,7 +2301,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2303,8 +2309,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2323,7 +2329,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
-/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
+/* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
@@ -2394,8 +2400,8 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     return plan;
 }
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2410,7 +2416,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
 /* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2420,7 +2426,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2474,7 +2480,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2488,7 +2494,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/model/springl_body.h -------- */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2498,7 +2504,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2980,6 +2986,12 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
+/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+SPRINGLS__MATHS int springls__tile_step(int d)
+{
+    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
@@ -3022,20 +3034,21 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
     return v;
 }
 
-/* Return the smallest and the largest of the six neighbours. */
+/* Returns the smallest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
+/* Returns the largest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
 }
 
-/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
     springls__vmask inside = c < 0.0f;
@@ -3232,8 +3245,8 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3255,13 +3268,14 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3282,7 +3296,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
@@ -3375,7 +3390,8 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
+        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
@@ -4044,7 +4060,8 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
 SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
                                              float radius2, float d2[8], float edge[8])
 {
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
+    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     int e, m;
     for (m = 0; m < 3; m += SPRINGLS__LANES) {
         springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
@@ -4061,7 +4078,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
+   last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
@@ -4085,14 +4103,15 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
         within = radius + o->bounding_radius;
-        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + (int)edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
+                                                     room, d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -4278,7 +4297,7 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
 
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
 SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
 {
@@ -4312,7 +4331,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, spring
     return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
 }
 
-/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
 SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
                                           float step, SPRINGLS__GLOBAL float *out)
 {
@@ -4320,13 +4339,15 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec c = springls__vec_load(phi + i);
         springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside))
-            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
         springls__vec_store(out + i, c);
     }
 }
 
-/* phi_next from phi and omega. */
+/* Writes phi_next of a brick from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
@@ -4343,7 +4364,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         springls__evolve_row(phi + at, omega + at, width, step, out);
         for (x = 0; x < 8 && lambda != 0.0f; x++) {
             if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
             out[x] += step * lambda * springls__curvature_motion(block);
         }
     }
@@ -4352,7 +4373,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
 /* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
 /* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
 
-/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */
 SPRINGLS__MATHS float springls__atan2(float y, float x)
 {
     float ax = springls__fabs(x), ay = springls__fabs(y);
@@ -4366,7 +4387,7 @@ SPRINGLS__MATHS float springls__atan2(float y, float x)
     return y < 0.0f ? -a : a;
 }
 
-/* The solid angle under which t is seen from x, positive when its normal points away from x. */
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
 SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
 {
     springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
@@ -4626,22 +4647,21 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
-/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
+/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
-/* Cosine of the angle from which on two normals are those of different sheets. */
+/* Two normals are of the same sheet where the cosine of the angle between them is larger. */
 #define SPRINGLS__SAME_SHEET 0.4f
 
-/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. edge: 1 at a crease. */
+/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
 typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -4668,7 +4688,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -4697,7 +4717,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 /* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
-SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,
+                                                               springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
@@ -4713,10 +4734,11 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
 /* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
-/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
-   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
-   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less certain is the bend of the surface in between. */
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -4744,19 +4766,20 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
-   twice far_value. */
+/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value
+   further out, beyond every distance. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
+/* Returns where phi bears that mark. */
 SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
     return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* Returns the old value where the side is unknown, else phi. */
+/* Returns phi without the mark of an unknown side. */
 SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
     springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
@@ -4769,8 +4792,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float 
     return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
 }
 
-/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
-   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
+/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the
+   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */
 SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
 {
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
@@ -4784,7 +4807,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }
 
-/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
+/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and
    not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
@@ -5787,8 +5810,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its
-   normal (0: none is near). */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and
+   the normal there (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -5812,7 +5835,8 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */
+/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
+   first. */
 SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
@@ -5836,8 +5860,8 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another
-   sheet. */
+/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;
+   offset: from the particle to the first. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -5863,10 +5887,10 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
     }
 }
 
-/* Does a place in a brick's own voxels come near one of them, along one axis? */
+/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* The first and the last of them that it comes near. */
+/* Return the first and the last voxel of the brick that it comes near. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
@@ -5894,7 +5918,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
     }
 }
 
-/* The nearest springl of every voxel, then the sums over those that face the same way. */
+/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
                                                const int origin[3], SPRINGLS__LOCAL float *sums)
 {
@@ -5925,7 +5949,7 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
 SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
                                                springls__v3 x, float *phi)
 {
@@ -5950,7 +5974,7 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
                                              springls__v3 normal)
 {
@@ -5967,9 +5991,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
-   thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
+   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
+   break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -5989,8 +6013,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
-   longest displacement of any. */
+/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -6024,7 +6047,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         }
 }
 
-/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
 SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
                                                 SPRINGLS__GLOBAL float *out)
 {
@@ -6040,8 +6063,7 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
     }
 }
 
-/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
-   counts; job.i[0]: it is the last time, and who is left takes the old value. */
+/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */
 SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
@@ -6059,8 +6081,9 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     }
 }
 
-/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller
-   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */
+/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone
+   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into
+   a tile. */
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
@@ -6098,8 +6121,8 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 /* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin
+   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
 SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
     springls__vec flat = springls__vec_fabs(0.5f * (p - m));
@@ -6108,8 +6131,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__ve
     return slope * slope;
 }
 
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
+/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from
+   10 % on in full: so repeated rebuilding does not move what is a distance already. */
 SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
 {
     springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
@@ -6119,7 +6142,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
    neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
@@ -6129,14 +6152,14 @@ SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL
     springls__vec c = springls__vec_load(phi), lo = c, hi = c;
     int i;
     for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        springls__vec v = springls__vec_load(phi + springls__tile_step(i));
         lo = springls__vec_min(lo, v);
         hi = springls__vec_max(hi, v);
     }
     return springls__crosses(c, lo, hi);
 }
 
-/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
+/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
     springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
@@ -6171,7 +6194,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__v
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -6197,7 +6221,7 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
     }
 }
 
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */
 SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
@@ -6210,7 +6234,7 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
         springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */
 SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
@@ -6274,8 +6298,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -6373,8 +6397,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -6390,7 +6415,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -6409,7 +6434,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -6459,7 +6484,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -6556,8 +6581,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -6573,7 +6599,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -6592,7 +6618,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -6642,7 +6668,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
-/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -6650,7 +6676,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Does so for springls begin, ..., end - 1, several at once. */
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
 SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);
@@ -6882,10 +6908,10 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 
-/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
-   and radius, comes closer than row[i]. */
+/* Lowers row[i], i = 0..7, to the distance from (x + i, y, z) to the springl of the plan, where its bounding sphere (center,
+   radius) comes closer than row[i]. */
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row)
 {
@@ -6901,7 +6927,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
@@ -7099,8 +7125,8 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
 }
 
-/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
-   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
 SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
     springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
@@ -7108,8 +7134,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan,
     return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
                                         int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
@@ -7117,13 +7143,14 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
         springls__vmask counts;
         at.x = (float)x + springls__vec_from(i);
         d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
         counts = (nearest < capture) & (d2 < within * within);
         if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
     }
 }
 
@@ -15965,7 +15992,7 @@ static const char *const springls__kernel_lines[] = {
     "  }\n",
     "#endif\n",
     "\n",
-    "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
+    "/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */\n",
     "SPRINGLS__MATHS float springls__floor(float x)\n",
     "{\n",
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
@@ -15976,7 +16003,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
-    "/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */\n",
+    "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
     "#define springls__broadcast(x) (x)\n",
     "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
     "#define springls__any(where) (where)\n",
@@ -15988,8 +16015,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
     "#line 1733 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16045,7 +16072,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16071,8 +16098,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16144,7 +16171,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
-    "/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
+    "/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
     "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
@@ -16153,9 +16180,9 @@ static const char *const springls__kernel_lines[] = {
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
     "#line 1900 \"springls.h\"\n",
-    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
-    "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
-    "   the same order: the bits are the same for every width. */\n",
+    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
+    "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
+    "   single number in the same order, so every width gives the same bits. */\n",
     "\n",
     "#if defined(__OPENCL_VERSION__)\n",
     "\n",
@@ -16224,7 +16251,12 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)\n",
+    "{\n",
+    "    return *(const springls__vec_anywhere *)(const void *)from;\n",
+    "}\n",
+    "\n",
+    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16238,7 +16270,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
     "}\n",
     "\n",
-    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "/* Returns a < b ? a : b, the second where they are equal or not ordered. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
     "{\n",
     "#if defined(SPRINGLS__SIMD)\n",
@@ -16299,9 +16331,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2048 \"springls.h\"\n",
+    "#line 2053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16314,7 +16346,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2063 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16357,7 +16389,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16383,8 +16415,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16438,13 +16470,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2187 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "\n",
+    "/* A table for springls__vec_from. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
-    "/* Returns first, first + 1, ...: places along a row of eight. */\n",
+    "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2194 \"springls.h\"\n",
+    "#line 2200 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16456,9 +16489,9 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2206 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2212 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16471,7 +16504,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2222 \"springls.h\"\n",
+    "#line 2228 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16489,7 +16522,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16497,8 +16530,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16515,9 +16548,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2266 \"springls.h\"\n",
+    "#line 2272 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16530,7 +16563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2281 \"springls.h\"\n",
+    "#line 2287 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16548,7 +16581,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16556,8 +16589,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16574,9 +16607,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2325 \"springls.h\"\n",
+    "#line 2331 \"springls.h\"\n",
     "\n",
-    "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
+    "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
@@ -16646,9 +16679,9 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2397 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2403 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16661,8 +16694,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2413 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2419 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16672,7 +16705,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16724,9 +16757,9 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2476 \"springls.h\"\n",
+    "#line 2482 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16739,8 +16772,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2491 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2497 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16750,7 +16783,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16802,7 +16835,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2555 \"springls.h\"\n",
+    "#line 2561 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17101,7 +17134,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2855 \"springls.h\"\n",
+    "#line 2861 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object\n",
@@ -17230,6 +17263,12 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
+    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "SPRINGLS__MATHS int springls__tile_step(int d)\n",
+    "{\n",
+    "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
+    "}\n",
+    "\n",
     "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
@@ -17272,20 +17311,21 @@ static const char *const springls__kernel_lines[] = {
     "    return v;\n",
     "}\n",
     "\n",
-    "/* Return the smallest and the largest of the six neighbours. */\n",
+    "/* Returns the smallest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
+    "/* Returns the largest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
-    "/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */\n",
+    "/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
     "{\n",
     "    springls__vmask inside = c < 0.0f;\n",
@@ -17471,7 +17511,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3226 \"springls.h\"\n",
+    "#line 3239 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17480,9 +17520,9 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3235 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 3248 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17495,7 +17535,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3251 \"springls.h\"\n",
+    "#line 3264 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17503,13 +17543,14 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3263 \"springls.h\"\n",
+    "#line 3277 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17522,7 +17563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3292 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17530,11 +17571,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3290 \"springls.h\"\n",
+    "#line 3305 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17623,7 +17665,8 @@ static const char *const springls__kernel_lines[] = {
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)\n",
+    "        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
     "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
@@ -17731,7 +17774,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3849 \"springls.h\"\n",
+    "#line 3865 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is\n",
     "   listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -17906,7 +17949,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4025 \"springls.h\"\n",
+    "#line 4041 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17929,7 +17972,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,\n",
     "                                             float radius2, float d2[8], float edge[8])\n",
     "{\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };\n",
+    "    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m += SPRINGLS__LANES) {\n",
     "        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);\n",
@@ -17946,7 +17990,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
+    "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
+    "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];\n",
@@ -17970,14 +18015,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (other == n) continue;\n",
     "        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;\n",
     "        within = radius + o->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
+    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
+    "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
-    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
-    "                                                     d2[m], 3 * other + (int)edge[m]);\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],\n",
+    "                                                     room, d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -17986,7 +18032,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4106 \"springls.h\"\n",
+    "#line 4125 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -18158,10 +18204,10 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4279 \"springls.h\"\n",
+    "#line 4298 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
-    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
+    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
     "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
     "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
     "{\n",
@@ -18195,7 +18241,7 @@ static const char *const springls__kernel_lines[] = {
     "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
     "\n",
-    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
     "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
     "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -18203,13 +18249,15 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec c = springls__vec_load(phi + i);\n",
     "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside))\n",
-    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        if (springls__vec_any(inside)) {\n",
+    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "            c = springls__vec_select(inside, next, c);\n",
+    "        }\n",
     "        springls__vec_store(out + i, c);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi and omega. */\n",
+    "/* Writes phi_next of a brick from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18226,15 +18274,15 @@ static const char *const springls__kernel_lines[] = {
     "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
     "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
     "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
     "            out[x] += step * lambda * springls__curvature_motion(block);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4353 \"springls.h\"\n",
+    "#line 4374 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */\n",
     "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
     "{\n",
     "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
@@ -18248,7 +18296,7 @@ static const char *const springls__kernel_lines[] = {
     "    return y < 0.0f ? -a : a;\n",
     "}\n",
     "\n",
-    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
     "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
@@ -18257,7 +18305,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4380 \"springls.h\"\n",
+    "#line 4401 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -18326,7 +18374,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4450 \"springls.h\"\n",
+    "#line 4471 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18448,7 +18496,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4573 \"springls.h\"\n",
+    "#line 4594 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18501,25 +18549,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4627 \"springls.h\"\n",
+    "#line 4648 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
-    "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
+    "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
     "\n",
-    "/* Cosine of the angle from which on two normals are those of different sheets. */\n",
+    "/* Two normals are of the same sheet where the cosine of the angle between them is larger. */\n",
     "#define SPRINGLS__SAME_SHEET 0.4f\n",
     "\n",
-    "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
-    "   with it. edge: 1 at a crease. */\n",
+    "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
     "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
     "\n",
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4643 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 4663 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18532,7 +18579,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4659 \"springls.h\"\n",
+    "#line 4679 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18543,9 +18590,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4670 \"springls.h\"\n",
+    "#line 4690 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18558,7 +18605,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4685 \"springls.h\"\n",
+    "#line 4705 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18569,12 +18616,13 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4696 \"springls.h\"\n",
+    "#line 4716 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
-    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,\n",
+    "                                                               springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
@@ -18590,10 +18638,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
     "\n",
-    "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
-    "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
-    "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
-    "   side of the voxel, the less certain is the bend of the surface in between. */\n",
+    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
+    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
+    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
+    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
+    "   between. */\n",
     "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
@@ -18621,19 +18670,20 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus\n",
-    "   twice far_value. */\n",
+    "/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value\n",
+    "   further out, beyond every distance. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
+    "/* Returns where phi bears that mark. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
     "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
     "}\n",
     "\n",
-    "/* Returns the old value where the side is unknown, else phi. */\n",
+    "/* Returns phi without the mark of an unknown side. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)\n",
     "{\n",
     "    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);\n",
@@ -18646,8 +18696,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);\n",
     "}\n",
     "\n",
-    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from\n",
-    "   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */\n",
+    "/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the\n",
+    "   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)\n",
     "{\n",
     "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
@@ -18661,14 +18711,14 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
     "}\n",
     "\n",
-    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and\n",
+    "/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and\n",
     "   not far aside. */\n",
     "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4796 \"springls.h\"\n",
+    "#line 4819 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -19078,7 +19128,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5207 \"springls.h\"\n",
+    "#line 5230 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19176,7 +19226,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5306 \"springls.h\"\n",
+    "#line 5329 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19305,7 +19355,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5436 \"springls.h\"\n",
+    "#line 5459 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19492,7 +19542,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5624 \"springls.h\"\n",
+    "#line 5647 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within\n",
@@ -19600,7 +19650,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5733 \"springls.h\"\n",
+    "#line 5756 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19658,8 +19708,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its\n",
-    "   normal (0: none is near). */\n",
+    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and\n",
+    "   the normal there (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -19683,7 +19733,8 @@ static const char *const springls__kernel_lines[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */\n",
+    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
+    "   first. */\n",
     "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
@@ -19707,8 +19758,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another\n",
-    "   sheet. */\n",
+    "/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;\n",
+    "   offset: from the particle to the first. */\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
@@ -19734,10 +19785,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
+    "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* The first and the last of them that it comes near. */\n",
+    "/* Return the first and the last voxel of the brick that it comes near. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
@@ -19765,7 +19816,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
+    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -19796,7 +19847,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
+    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               springls__v3 x, float *phi)\n",
     "{\n",
@@ -19821,7 +19872,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
     "                                             springls__v3 normal)\n",
     "{\n",
@@ -19838,9 +19889,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
-    "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
-    "   thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
+    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
+    "   break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -19860,8 +19911,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
-    "/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the\n",
-    "   longest displacement of any. */\n",
+    "/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -19895,7 +19945,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
-    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */\n",
+    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
     "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,\n",
     "                                                SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -19911,8 +19961,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that\n",
-    "   counts; job.i[0]: it is the last time, and who is left takes the old value. */\n",
+    "/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */\n",
     "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -19930,8 +19979,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller\n",
-    "   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */\n",
+    "/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone\n",
+    "   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into\n",
+    "   a tile. */\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
@@ -19965,11 +20015,11 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6099 \"springls.h\"\n",
+    "#line 6122 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
-    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
+    "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
+    "   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
     "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
@@ -19978,8 +20028,8 @@ static const char *const springls__kernel_lines[] = {
     "    return slope * slope;\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
-    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
+    "/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from\n",
+    "   10 % on in full: so repeated rebuilding does not move what is a distance already. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
     "{\n",
     "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
@@ -19989,7 +20039,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
     "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
@@ -19999,14 +20049,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
     "    int i;\n",
     "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        springls__vec v = springls__vec_load(phi + springls__tile_step(i));\n",
     "        lo = springls__vec_min(lo, v);\n",
     "        hi = springls__vec_max(hi, v);\n",
     "    }\n",
     "    return springls__crosses(c, lo, hi);\n",
     "}\n",
     "\n",
-    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
+    "/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
     "{\n",
     "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
@@ -20041,7 +20091,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -20067,7 +20118,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
+    "/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */\n",
     "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20080,7 +20131,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
-    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
+    "/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */\n",
     "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20114,7 +20165,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6249 \"springls.h\"\n",
+    "#line 6273 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20142,9 +20193,9 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6277 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 6301 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20157,7 +20208,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6293 \"springls.h\"\n",
+    "#line 6317 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20241,8 +20292,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20258,7 +20310,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20277,7 +20329,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20325,9 +20377,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6461 \"springls.h\"\n",
+    "#line 6486 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20340,7 +20392,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6476 \"springls.h\"\n",
+    "#line 6501 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20424,8 +20476,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20441,7 +20494,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20460,7 +20513,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20508,9 +20561,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6644 \"springls.h\"\n",
+    "#line 6670 \"springls.h\"\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -20518,7 +20571,7 @@ static const char *const springls__kernel_lines[] = {
     "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
-    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
     "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
     "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
@@ -20544,7 +20597,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6681 \"springls.h\"\n",
+    "#line 6707 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -20651,7 +20704,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6789 \"springls.h\"\n",
+    "#line 6815 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -20746,11 +20799,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6885 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "#line 6911 \"springls.h\"\n",
+    "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
-    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
-    "   and radius, comes closer than row[i]. */\n",
+    "/* Lowers row[i], i = 0..7, to the distance from (x + i, y, z) to the springl of the plan, where its bounding sphere (center,\n",
+    "   radius) comes closer than row[i]. */\n",
     "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
     "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
@@ -20766,7 +20819,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
     "{\n",
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
@@ -20820,7 +20873,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6960 \"springls.h\"\n",
+    "#line 6986 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20963,8 +21016,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
-    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
-    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so\n",
+    "   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
     "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
@@ -20972,8 +21025,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
-    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding\n",
+    "   sphere (center, radius) is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
     "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -20981,13 +21034,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;\n",
     "        springls__vmask counts;\n",
     "        at.x = (float)x + springls__vec_from(i);\n",
     "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
     "        counts = (nearest < capture) & (d2 < within * within);\n",
     "        if (!springls__vec_any(counts)) continue;\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
+    "        vote = springls__vec_select(counts, springls__side(plan, at), zero);\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + vote);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -21051,7 +21105,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7192 \"springls.h\"\n",
+    "#line 7219 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -21306,7 +21360,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7475 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21388,7 +21442,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21392 \"springls.h\"\n",
+    "#line 21446 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

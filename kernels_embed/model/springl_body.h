@@ -1,4 +1,4 @@
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -8,7 +8,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
