@@ -10,6 +10,8 @@
      >>advect:kernel        kernels_embed/stages/advect.h
      >>grid:kernel          kernels_embed/model/grid.h
      >>model:kernel         kernels_embed/model/model.h
+     >>arguments:kernel     kernels_embed/model/arguments.h
+     >>scratch:kernel       kernels_embed/model/scratch.h
      >>triangle:kernel      kernels_embed/language/triangle.h
      >>simd:kernel          kernels_embed/language/simd.h
      >>vector:kernel        kernels_embed/language/vector.h
@@ -64,6 +66,7 @@
      >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
      >>attribute_rows       src/model/attribute_rows.h
+     >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
      >>evolve               src/stages/evolve.h
@@ -78,6 +81,7 @@
      >>track                src/stages/track.h
      >>unsigned_to_signed   src/stages/unsigned_to_signed.h
      >>step                 src/solver/step.h
+     >>algorithm_tables     src/solver/algorithm_tables.h
      >>keep_edges           src/stages/keep_edges.h
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
@@ -87,11 +91,13 @@
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
+     >>winding_number       src/model/winding_number.h
      >>set_level_set        src/input/set_level_set.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>material             src/output/material.h
      >>query                src/output/query.h
+     >>ray                  src/model/ray.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -1444,7 +1450,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 
 /* ======== >>base  (src/runtime/base.h) ========================================================================= */
-/* base.h - what every host part stands on: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
+/* base.h - the base of every host part: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
 
 #include <float.h>
 #include <stdarg.h>
@@ -1472,6 +1478,161 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
         if (springls__try_status != SPRINGLS_OK) return springls__try_status;           \
     } while (0)
 
+/* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */
+
+typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
+
+/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */
+typedef struct springls__insert_arguments { int count; } springls__insert_arguments;
+
+/* fit_new_springls: the number of the first new springl. */
+typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
+
+/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */
+typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
+
+/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
+typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;
+
+/* omega_constant: omega in the two constant bricks. */
+typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;
+
+/* omega_forget. all: 1 forgets the omega of every brick. */
+typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;
+
+/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */
+typedef struct springls__color_arguments { int color; } springls__color_arguments;
+
+/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
+typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
+
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */
+typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
+
+/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
+typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;
+
+/* grow: width of the blocks, 4, 2 or 1. */
+typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
+
+/* surface: triangles in all. */
+typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
+
+/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;
+
+/* bricks_begin. keep: 1 flags the bricks that are active. */
+typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
+
+/* bricks_add: chunks of the top table, and how many slots are free. */
+typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;
+
+/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
+typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;
+
+typedef union springls__arguments {
+    springls__contract_arguments contract;
+    springls__insert_arguments insert;
+    springls__fit_arguments fit;
+    springls__edge_arguments edge;
+    springls__exposure_arguments exposure;
+    springls__omega_constant_arguments omega_constant;
+    springls__omega_forget_arguments omega_forget;
+    springls__color_arguments commit_simple;
+    springls__project_arguments project;
+    springls__resolve_arguments resolve;
+    springls__grow_line_arguments grow_line;
+    springls__grow_arguments grow;
+    springls__surface_arguments surface;
+    springls__chunk_arguments chunk;
+    springls__brick_flag_arguments brick_flag;
+    springls__brick_add_arguments brick_add;
+    springls__brick_list_arguments brick_list;
+} springls__arguments;
+
+/* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
+/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a
+   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+
+/* Lists the roles that kernels use. */
+#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
+    /* what several stages build on the way */                                                                                   \
+    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
+    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
+    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
+    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
+    /* advect */                                                                                                                 \
+    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
+    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
+    X(is_moving, uint8_t, 2)                                                                                                     \
+    /* relax */                                                                                                                  \
+    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
+    /* contract, compaction, inheritance of attributes */                                                                        \
+    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \
+    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \
+    /* resample */                                                                                                               \
+    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \
+    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \
+    /* keep_edges */                                                                                                             \
+    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \
+    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \
+    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \
+    /* fill_gaps: from springls */                                                                                               \
+    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \
+    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \
+    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \
+    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \
+    /* fill_gaps: from the zero level */                                                                                         \
+    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \
+    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \
+    /* omega */                                                                                                                  \
+    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
+    /* project */                                                                                                                \
+    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \
+    /* rebuild */                                                                                                                \
+    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
+    /* unsigned_to_signed */                                                                                                     \
+    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \
+    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
+    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
+    /* the isosurface */                                                                                                         \
+    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \
+    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \
+    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \
+    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \
+    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \
+    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \
+    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \
+    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \
+    X(vertex_correspondence, springls__v3, 2)                                                                                    \
+    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */
+
+/* Lists the roles that only host code uses. */
+#define SPRINGLS__HOST_ROLES(X)                                                                                                  \
+    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
+    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
+    X(block_motions, struct springls__block_motion, 1)                                                                           \
+    /* rebuild, moving the band */                                                                                               \
+    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
+    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
+    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
+    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
+    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \
+    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
+    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
+    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
+    /* volume_lock */                                                                                                            \
+    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
+    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
+    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
+    /* output */                                                                                                                 \
+    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \
+    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
+
 /* ======== >>compat:kernel  (kernels_embed/language/compat.h) =================================================== */
 /* compat.h - the one place where the three languages of kernels_embed/ differ.
    Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */
@@ -1484,6 +1645,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
   #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
+  /* Returns a counter in global memory and raises it by 1; work items may meet there. */
+  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* springls_cl_desc.velocity_source, as advect.h calls it. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -1520,6 +1683,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
+  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
   /* Never called: on the host it is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
@@ -2380,27 +2544,106 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 /* ======== >>model:kernel  (kernels_embed/model/model.h) ======================================================== */
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
 
+/* ---- the arrays of a model ----
+   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
+   X(NAME, element type, elements that belong together, struct of the model, member). */
+
+/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
+    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
+    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
+    X(ID, uint32_t, 1, set, id)                                                                                                  \
+    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
+    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
+    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
+    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+
+/* Lists what a grid has for each slot. */
+#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
+    X(SLOT_BRICK, int, 1, grid, slot_brick)         /* slot -> brick; -1: free or constant                                    */ \
+    X(ACTIVE, int, 1, grid, active)                 /* slots in use by ascending brick: the order of every loop over bricks   */ \
+    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
+    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
+    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
+    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
+
+/* Lists what a grid has. */
+#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+
+/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
+    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
+    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
+    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */
+#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
+    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
+    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
+    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
+
+/* Lists what a device needs to move springls by itself (advect.h). */
+#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
+    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+
+/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
+#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
+    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
+#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
+    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
+    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
+    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
+    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
+    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
+
+/* Lists all arrays. */
+#define SPRINGLS__ARRAYS(X)                                                                                                      \
+    SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \
+    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \
+    SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \
+    SPRINGLS__DEVICE_ARRAYS(X)
+
+typedef enum springls__array {
+#define SPRINGLS__ARRAY_NUMBER(name, type, block, owner, member) SPRINGLS__ARRAY_##name,
+    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
+#undef SPRINGLS__ARRAY_NUMBER
+    SPRINGLS__ARRAY_COUNT
+} springls__array;
+
+#define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;
+
+/* ---- the structs of a model ---- */
+
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
-    SPRINGLS__GLOBAL springls__springl *s;
-    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */
-    SPRINGLS__GLOBAL uint32_t *id;
-    SPRINGLS__GLOBAL uint32_t *generation;
-    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
-    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */
-    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
-    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
-    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
-    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
-    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */
-    int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    int count, at_edges;    /* at_edges: how many lie at a sharp edge   */
+    uint32_t next_id, step; /* step: of the model, modulo 2^30          */
 } springls__constellation;
+
+/* All of one springl. */
+typedef struct springls__record {
+#define SPRINGLS__RECORD_MEMBER(name, type, block, owner, member) type member;
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__RECORD_MEMBER)
+#undef SPRINGLS__RECORD_MEMBER
+} springls__record;
 
 /* Kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
+
+/* What is done with a springl, or with a seed of one. */
+#define SPRINGLS__REMOVE 0
+#define SPRINGLS__KEEP 1
+#define SPRINGLS__RESHAPE 2
+#define SPRINGLS__UNDECIDED 3
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -2413,39 +2656,29 @@ typedef struct springls__constellation {
 #define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
 
 typedef struct springls__grid {
-    int size[3];                        /* voxels                                                               */
-    int bricks[3];                      /* of the top table                                                     */
-    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */
-    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */
-    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */
-    SPRINGLS__GLOBAL int *free_slots;
+    int size[3];            /* voxels                                                                */
+    int bricks[3];          /* of the top table                                                      */
+    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
-    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
-    SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
-    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
-    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
+    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
+/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
 typedef struct springls__cell_list {
-    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
-    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */
-    SPRINGLS__GLOBAL uint32_t *brick_list_ids;
-    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
-    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
-    float bounding_radius;                         /* of the springls that are in cells                                 */
+    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    float bounding_radius;  /* the largest of the springls that are in cells                         */
     int large_count;
 } springls__cell_list;
 
-/* Forces that kernels can take by themselves (advect.h). */
+/* Forces that kernels evaluate by themselves (advect.h). */
 struct springls__force_rule;
-typedef struct springls__forces_here {
-    SPRINGLS__GLOBAL struct springls__force_rule *rule;
-    SPRINGLS__GLOBAL float *pressure, *velocity, *user;
-} springls__forces_here;
+typedef struct springls__force_arrays { SPRINGLS__FORCE_ARRAYS(SPRINGLS__ARRAY_MEMBER) } springls__force_arrays;
 
-#define SPRINGLS__SCRATCHES 8
+typedef struct springls__work_arrays {
+    SPRINGLS__GLOBAL void *scratch[8];
+    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+} springls__work_arrays;
 
 /* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
 #define SPRINGLS__ROWS 64
@@ -2465,52 +2698,21 @@ SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return 
 typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
-    springls__grid reference;           /* phi_ref: top table and phi only                                      */
+    springls__grid reference;      /* phi_ref: top table and phi only                                       */
     springls__cell_list cells;
-    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
-    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
-    springls__forces_here force;        /* what moves it, where no callback does                                */
-    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
-    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
-    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
-    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */
-    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
+    springls__force_arrays force;  /* what moves the springls where no callback does                        */
+    springls__work_arrays work;
     springls__group group;
     springls_params params;
 } springls__model;
 
-/* All arrays: name, element, elements that belong together, place in the model. */
-#define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
-    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
-    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \
-    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
-    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \
-    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
-    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
-    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
-    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
-    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
-    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \
-    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
-    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
-    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
-    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
-    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
-    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
-    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
-    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
-
-/* All of a springl, on its way to another place. */
-typedef struct springls__packed {
-    springls__springl s;
-    springls__v3 a, synced_position;
-    uint32_t id, generation;
-    int32_t component;
-    float phi;
-    uint32_t mask, edge, parent, birth;
-} springls__packed;
-#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
+/* Makes the accessor of a role: its elements in working memory (scratch.h). */
+#define SPRINGLS__ROLE_ACCESSOR(role, type, number)                                                                              \
+    SPRINGLS__MATHS SPRINGLS__GLOBAL type *springls__##role(const springls__model *model)                                        \
+    {                                                                                                                            \
+        return (SPRINGLS__GLOBAL type *)model->work.scratch[number];                                                             \
+    }
+SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -2541,42 +2743,71 @@ SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { re
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
-/* A new springl in place i, at or beyond `count`: its id follows from the place. */
+SPRINGLS__MATHS springls__record springls__record_load(const springls__model *model, int i)
+{
+    springls__record record;
+#define SPRINGLS__LOAD_MEMBER(name, type, block, owner, member) record.member = model->owner.member[i];
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__LOAD_MEMBER)
+#undef SPRINGLS__LOAD_MEMBER
+    return record;
+}
+
+SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i, springls__record record)
+{
+#define SPRINGLS__STORE_MEMBER(name, type, block, owner, member) model->owner.member[i] = record.member;
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__STORE_MEMBER)
+#undef SPRINGLS__STORE_MEMBER
+}
+
+/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
+{
+    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
+    record->component = -1;
+    record->phi = 0.0f;
+    record->synced_position = record->s.p;
+}
+
+/* Stores a new springl in place i, at or beyond `count`. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
-    model->set.s[i] = s;
-    model->set.a[i] = a;
-    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
-    model->set.generation[i] = generation;
-    model->set.mask[i] = mask;
-    model->set.component[i] = -1;
-    model->set.edge[i] = 0;
-    model->set.parent[i] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
-    model->set.phi[i] = 0.0f;
-    model->set.synced_position[i] = s.p;
+    springls__record record;
+    record.s = s;
+    record.a = a;
+    record.generation = generation;
+    record.mask = mask;
+    record.edge = 0;
+    record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
+    springls__record_renew(model, i, &record);
+    springls__record_store(model, i, record);
 }
 
 /* phi has been made to follow the springls. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* To SCRATCH7: how far a particle has come since then, squared. */
-SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
+    (void)args;
+    springls__synced_distance2(model)[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
 }
 
-/* The model's numbers, as kernels are given them. */
+/* Lists the numbers of a model that kernels are given besides its arrays: X(type, name, place in the model). */
+#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
+    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
+    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
+    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
+    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+
 typedef struct springls__shape {
-    int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id, step;
-    int active_count, free_count, slot_count, large_count;
-    float far_value, reference_far_value, bounding_radius;
+    int size[3], bricks[3];
+#define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+#undef SPRINGLS__NUMBER_MEMBER
 } springls__shape;
 
 SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
@@ -2587,17 +2818,9 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
         shape.size[axis] = model->grid.size[axis];
         shape.bricks[axis] = model->grid.bricks[axis];
     }
-    shape.springls = model->set.count;
-    shape.at_edges = model->set.at_edges;
-    shape.next_id = model->set.next_id;
-    shape.step = model->set.step;
-    shape.active_count = model->grid.active_count;
-    shape.free_count = model->grid.free_count;
-    shape.slot_count = model->grid.slot_count;
-    shape.large_count = model->cells.large_count;
-    shape.far_value = model->grid.far_value;
-    shape.reference_far_value = model->reference.far_value;
-    shape.bounding_radius = model->cells.bounding_radius;
+#define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)
+#undef SPRINGLS__READ_NUMBER
     return shape;
 }
 
@@ -2608,17 +2831,9 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
         model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
         model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
     }
-    model->set.count = shape.springls;
-    model->set.at_edges = shape.at_edges;
-    model->set.next_id = shape.next_id;
-    model->set.step = shape.step;
-    model->grid.active_count = shape.active_count;
-    model->grid.free_count = shape.free_count;
-    model->grid.slot_count = shape.slot_count;
-    model->cells.large_count = shape.large_count;
-    model->grid.far_value = shape.far_value;
-    model->reference.far_value = shape.reference_far_value;
-    model->cells.bounding_radius = shape.bounding_radius;
+#define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)
+#undef SPRINGLS__WRITE_NUMBER
 }
 
 /* ======== >>grid:kernel  (kernels_embed/model/grid.h) ========================================================== */
@@ -2644,13 +2859,25 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
-/* The first voxel of a slot's brick. */
-SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+/* Finds the first voxel of a brick of the top table. */
+SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    int brick = g->slot_brick[slot];
     origin[0] = 8 * (brick % g->bricks[0]);
     origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
     origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+}
+
+SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+{
+    springls__brick_origin(g, g->slot_brick[slot], origin);
+}
+
+/* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */
+SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])
+{
+    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;
+    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;
+    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
 }
 
 /* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
@@ -2871,19 +3098,111 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
-
 SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
 {
     return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
 }
 
-/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
+/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
+   springls__neighbor_mask_of_row; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
 {
     at[0] = origin[0] + 8 * (d % 3 - 1);
     at[1] = origin[1] + 8 * (d / 3 % 3 - 1);
     at[2] = origin[2] + 8 * (d / 9 - 1);
     return springls__grid_contains(g, at[0], at[1], at[2]);
+}
+
+#define SPRINGLS__ALL_AROUND 0x7ffffffu
+
+/* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */
+SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, int i, int j, int to[3])
+{
+    const int axis = d >> 1;
+    to[axis] = at[axis] + (d & 1 ? size : -1);
+    to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
+    to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+}
+
+/* A walk over the bricks that a springl comes near. */
+typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
+
+/* Begins at the bricks within `margin` voxels of the box around a triangle. */
+SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+{
+    springls__brick_walk walk;
+    springls__v3 lower = s.q[0], upper = s.q[0];
+    int m;
+    for (m = 1; m < 3; m++) {
+        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));
+        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));
+    }
+    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
+    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
+    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];
+    return walk;
+}
+
+/* Returns the next brick of the top table; -1 at the end. */
+SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)
+{
+    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
+    if (walk->at[2] > walk->hi[2]) return -1;
+    for (axis = 0; axis < 3; axis++) {
+        walk->at[axis] += 8;
+        if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;
+        walk->at[axis] = walk->lo[axis];
+    }
+    return brick;
+}
+
+/* ---- bricks come and go ---- */
+
+/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
+SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
+{
+    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    g->slot_brick[slot] = -1;
+    g->free_slots[place] = slot;
+}
+
+/* Returns the slot of the n-th of some new bricks: one of the `free_count` free slots, the last one first, or one behind all. */
+SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int n)
+{
+    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
+}
+
+/* Makes a constant brick active; the slot's first voxel gets the constant. */
+SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)
+{
+    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
+    g->slot_brick[slot] = brick;
+    g->top[brick] = slot;
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)
+{
+    return g->cell + (size_t)slot * SPRINGLS__CELLS;
+}
+
+SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
+{
+    int c;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
+{
+    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float value = g->phi[first];
+    size_t v;
+    for (v = first; v < first + SPRINGLS__BRICK_VOXELS; v++) {
+        g->phi[v] = g->phi_next[v] = value;
+        g->omega[v] = -1.0f;
+    }
+    springls__clear_cells(springls__cells_of(g, slot));
 }
 
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
@@ -3113,14 +3432,14 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
 
 /* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
    whether it moves. */
-SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
     int m, finite = 1;
-    (void)job;
+    (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
@@ -3131,27 +3450,27 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
-    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
-    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement(model)[i] = d;
+    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
 }
 
 /* Moves springl i by its displacements in SCRATCH0. */
-SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__movers d = springls__displacement(model)[i];
     springls__springl s = model->set.s[i];
     int m;
-    (void)job;
+    (void)args;
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);
 }
 
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
-/* internal.h - what a context holds. Lengths are voxels everywhere below the public interface. */
+/* context.h - what a context holds. Lengths are in voxels everywhere below the public interface. */
 
-/* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
+/* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
 typedef struct springls__buffer {
     void *data;
     size_t bytes;
@@ -3160,27 +3479,45 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* The arrays of the model by number. */
-typedef enum springls__array {
-#define SPRINGLS__ARRAY_NUMBER(name, type, block, member) SPRINGLS__ARRAY_##name,
-    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
-#undef SPRINGLS__ARRAY_NUMBER
-    SPRINGLS__ARRAY_COUNT
-} springls__array;
+/* Numbers of the scratch arrays of roles (scratch.h). */
+enum {
+#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (number),
+    SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_NUMBER) SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_NUMBER)
+#undef SPRINGLS__ROLE_NUMBER
+    SPRINGLS__ROLE_NONE
+};
+
+#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)((int)SPRINGLS__ARRAY_SCRATCH0 + (int)SPRINGLS__ROLE_##role))
+
+/* Sets of arrays: a bit each. */
+#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_ARRAY(role))
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__GRID_BITS ((uint64_t)0 SPRINGLS__GRID_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SEARCH_BITS ((uint64_t)0 SPRINGLS__SEARCH_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__WORK_BITS ((uint64_t)0 SPRINGLS__SCRATCH_ARRAYS(SPRINGLS__OR_BIT) SPRINGLS__DEVICE_ARRAYS(SPRINGLS__OR_BIT))
+
+#define SPRINGLS__ONE_MORE(name, type, block, owner, member) + 1
+#define SPRINGLS__SPRINGL_ARRAY_COUNT (0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ONE_MORE)) /* the first of all arrays */
+
+SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
    0, the parent of nodes first and first+1. Children follow their parents. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
-/* A node seen from afar: all its triangles as one directed area; weight is the area without direction. */
+/* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
 typedef struct springls__dipole { springls__v3 center; float radius2; springls__v3 area; float weight; } springls__dipole;
 
-/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, query.h). */
+/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, springl_surface.h). */
 typedef struct springls__surface {
     springls__v3 *points;   /* 3 a triangle, unwelded                                                           */
     int *order;             /* triangle of leaf position i                                                      */
     springls__bvh_node *nodes;
-    springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
+    springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
@@ -3189,7 +3526,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -3197,50 +3534,51 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
+   log it: springls__fall_back_to_host does. */
 struct springls_backend {
-    /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
+    /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
     void (*release)(springls_context *ctx, springls__buffer *buffer);
-    /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
+    /* Copies the first `bytes` of a buffer to the host, or to the device, and waits for that. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
-    /* Device memory of a buffer gets these bytes. */
+    /* Copies `data` to a buffer's device memory. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
-    springls_status (*finish)(springls_context *ctx); /* waits until everything asked for is done */
-    bool timed;                                       /* every stage ends with that            */
-    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
-    size_t user_bytes;
-    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
-    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
-       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
-    springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
+    springls_status (*finish)(springls_context *ctx); /* waits until the device is idle     */
+    bool timed;                                       /* every stage ends with finish       */
+    springls_velocity_fn user_velocity; /* the callback that the device has program text of */
+    size_t user_bytes; /* of `user` that the text reads */
+    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
+    /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
+       ctx->lost; other failures come from springls__fail. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cells_build)(springls_context *ctx);
-    springls_status (*cells_cover_around)(springls_context *ctx);
-    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
-    springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*cell_list_cover_around)(springls_context *ctx);
+    springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
+    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
-    springls_status (*settle_regions)(springls_context *ctx);
+    springls_status (*resolve_regions)(springls_context *ctx);
 };
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
-/* A run of a kernel here. */
-typedef struct springls__range_job {
+/* A run of a kernel on the host. */
+typedef struct springls__kernel_run {
     const springls_context *ctx;
     const struct springls__kernel_info *kernel;
-    springls__job job;
-} springls__range_job;
+    springls__arguments args;
+} springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
     springls_task task;
     void *arg;
     int next, count, grain;
     double pace;
-    springls__range_job kernel;
+    springls__kernel_run kernel;
 } springls__pieces;
 
 /* The stage at work, and how far it has come (resumable.h). */
@@ -3265,14 +3603,14 @@ typedef struct springls__motion {
     float affine_weight;
     springls__movers *displacement;
     struct springls__block_motion *blocks;
-    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     int moving;
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
 typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
 
-/* An entry of an algorithm (step.h). */
+/* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {
     springls__entry_kind kind;
     int stage;              /* whose clock runs, or -1: none                                                    */
@@ -3282,7 +3620,7 @@ typedef struct springls__step_entry {
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *next;
+    const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
     double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
@@ -3298,34 +3636,34 @@ typedef struct springls__stepping {
 } springls__stepping;
 
 struct springls_context {
-    springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
+    springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
     float smallest_spacing, largest_spacing;
     springls__model model;
-    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
+    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
-    springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
-    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
-    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
-    springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
-    int locked_count;       /* 0: not known yet                                                                 */
-    int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
+    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
+    int locked_count;       /* 0: not measured yet                                                              */
+    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* why it has been left, until the call at work has told                    */
-    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
-    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
-    bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
-    int calls;              /* stages and steps at work, one inside the other                                    */
+    springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
+    bool lost;              /* the model could not be copied from the device: all work stops until the report    */
+    springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
+    bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
     springls__motion motion;
     springls__stepping step;
-    bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
 };
@@ -3337,6 +3675,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
     SPRINGLS__PRINTF(3, 4);
 
+/* Sends a line to the caller's log. level: 1 error, 2 warning, 3 information. */
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
 {
     char message[256];
@@ -3348,6 +3687,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     ctx->desc.logger.log(ctx->desc.logger.user, level, message);
 }
 
+/* Stores and logs the reason of a failure; returns its status. */
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
 {
     va_list args;
@@ -3358,7 +3698,7 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     return status;
 }
 
-/* Tells how far a long call has come; true when the caller wants it to end. */
+/* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
     return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
@@ -3380,6 +3720,7 @@ SPRINGLS__FN void springls__free(void *memory, size_t size, void *user)
     free(memory);
 }
 
+/* Returns memory from the context's allocator, or NULL. */
 SPRINGLS__FN void *springls__allocate(springls_context *ctx, size_t size)
 {
     void *memory = ctx->desc.allocator.alloc(size, ctx->desc.allocator.user);
@@ -3394,7 +3735,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements; keeps the first `keep` bytes. Grows by half again so that repeated growth is cheap. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
+   growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {
@@ -3423,24 +3765,25 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* ======== >>arrays  (src/runtime/arrays.h) ===================================================================== */
 /* arrays.h - room for the arrays of the model and for the working memory of stages. */
 
-/* The model's pointers, after memory has moved. */
+/* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
 
+/* Returns the bytes of an element: of a brick's 512 values where an array has those. */
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
-#define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
+#define SPRINGLS__SIZE(name, type, block, owner, member) sizeof(type) * (block),
     static const size_t sizes[] = { SPRINGLS__ARRAYS(SPRINGLS__SIZE) 0 };
 #undef SPRINGLS__SIZE
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
-   next used there (springls__to_device). */
+/* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
+   a kernel next uses it (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -3454,15 +3797,22 @@ SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__arr
     return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
-/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
-SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
+/* Makes room for count elements in each of some arrays (bits); keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__grow_all(springls_context *ctx, uint64_t arrays, size_t count, size_t keep)
 {
-    SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
-    if (out) *out = ctx->model.scratch[index];
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (springls__has_array(arrays, array)) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, count, keep));
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one element size change places, with their memory here and on the device. */
+SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
+
+/* Makes room for count elements of a role of the working memory (scratch.h); they are undefined. */
+#define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
+    springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
+
+/* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];
@@ -3558,28 +3908,90 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
-SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const float reach_cap = 2.5f; /* twice that of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    (void)job;
+    (void)args;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
                         : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
 }
 
-/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */
+SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
+{
+    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
+}
+
+/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
+   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
+SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
+{
+    int c;
+    cell[0] = begin;
+    for (c = 1; c < SPRINGLS__CELLS; c++) {
+        uint32_t count = cell[c];
+        cell[c] = begin;
+        begin += count;
+    }
+    return begin;
+}
+
+SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
+{
+    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
+        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
+}
+
+/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
+   the list of active brick r begins. */
+SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
+}
+
+/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
+            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
+}
+
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
 SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
-    uint32_t reach = 0;
+    uint32_t mask = 0;
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
             if (cell[4] > cell[0])
-                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
-    return reach;
+                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return mask;
+}
+
+/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
+   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
+SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    if (i < g->active_count) {
+        springls__slot_origin(g, g->active[i], origin);
+        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
+    }
+    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
+    return SPRINGLS__ALL_AROUND;
 }
 
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
@@ -3657,10 +4069,10 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     }
 }
 
-SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    (void)args;
+    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
@@ -3725,9 +4137,9 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
     return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
 }
 
-SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
@@ -3765,35 +4177,30 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* What becomes of a springl. */
-#define SPRINGLS__REMOVE 0
-#define SPRINGLS__KEEP 1
-#define SPRINGLS__RESHAPE 2
-#define SPRINGLS__UNDECIDED 3
-
 /* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
-SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     *fate = SPRINGLS__KEEP;
     if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
     else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), job.f[0], job.f[1], model->params.min_area))
+    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,
+                                                           model->params.min_area))
         *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
 /* A good shape about the same particle, which keeps its exact path and correspondence. */
-SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
 {
     const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
     float area = 0.5f * springls__length(area2);
-    (void)job;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;
+    (void)args;
+    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
     n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
@@ -3822,19 +4229,19 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     return decided;
 }
 
-SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);
     uint8_t now = fate[i];
-    (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    (void)args;
+    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
 }
 
 /* All that are kept so far are undecided. */
-SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
-    (void)job;
+    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    (void)args;
     if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }
 
@@ -3890,14 +4297,14 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
     SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
     float block[27];
     int row, x, d;
-    (void)job;
+    (void)args;
     springls__load_tile(g, g->phi, g->active[i], model->group, phi);
     springls__load_tile(g, g->omega, g->active[i], model->group, omega);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -4705,46 +5112,46 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
 /* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
    before in SCRATCH7 ---- */
 
-SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];
+    (void)args;
+    springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);
+    springls__was_at_edge(model)[i] = model->set.edge[i];
 }
 
 /* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
    beside the ones known. */
-SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
+    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
     bool suspect = false;
     int other;
     while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
-        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
+        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
             suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;
+    springls__edge_candidate(model)[i] = suspect;
 }
 
-SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
     const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
     springls__springl s = model->set.s[i];
     springls__sample_set crowd;
     springls__fit_result fit;
     springls__sides sides;
     bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
     int k;
-    (void)job;
+    (void)args;
     model->set.edge[i] = 0;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
+    if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
     for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
     sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
@@ -4752,15 +5159,15 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;
+    springls__side_normal(model)[i] = fit.normal;
 }
 
-SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];
+    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
     int m;
-    (void)job;
+    (void)args;
     if (!model->set.edge[i] || model->set.mask[i]) return;
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);
@@ -4859,9 +5266,9 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     return result;
 }
 
-SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
 }
 
@@ -4939,20 +5346,20 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
 }
 
 /* To SCRATCH1, and its fate to SCRATCH2. */
-SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__seed seed = springls__seed_beside(model, i);
-    (void)job;
-    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
+    (void)args;
+    springls__seeds(model)[i] = seed;
+    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
 /* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
    are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
-SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
+SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
 {
-    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
+    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
+    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);
     springls__seed seed = seeds[i];
     springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
@@ -4966,30 +5373,30 @@ SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int 
     return decided;
 }
 
-SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
-    (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
+    uint8_t now = springls__seed_action(model)[i];
+    (void)args;
+    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;
 }
 
 /* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
-SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
-        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
+    (void)args;
+    springls__seed_number(model)[i] =
+        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
 /* The first job.i[0] accepted seeds become springls. */
-SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
-    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    springls__seed seed = springls__seeds(model)[i];
+    uint32_t at = springls__seed_number(model)[i];
     int n = model->set.count + (int)at;
     springls__tri t;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
+    if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
@@ -5211,10 +5618,10 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
 #define SPRINGLS__CUBES 729 /* a brick */
 
 /* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
-    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
+    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     uint32_t count = 0u;
     int x, y, z, k, row;
@@ -5230,7 +5637,8 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
             int mask = springls__mc_case(cell);
             for (k = 0; k < springls__mc_count(mask); k++) {
                 springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,
+                                           args.exposure.covered_on_sheets)) continue;
                 exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
                 count++;
             }
@@ -5240,10 +5648,10 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
 }
 
 /* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
-SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
+    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)springls__exposed_count(model)[i], cube, k;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
         int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
@@ -5254,7 +5662,7 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
             springls__tri t;
             springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= job.i[0]) return; /* no more room, maybe since another brick */
+            if (at >= args.insert.count) return; /* no more room, maybe since another brick */
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
             p = springls__tri_centroid(t);
             springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
@@ -5263,9 +5671,9 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 }
 
 /* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
-SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = job.i[0], n = first + i, m;
+    int first = args.fit.first, n = first + i, m;
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__adopt_correspondence(model, s, first);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
@@ -5285,13 +5693,13 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
 
 /* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
-SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;
+    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
     int in_cells = model->set.count - model->cells.large_count;
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
-    (void)job;
+    (void)args;
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -5300,7 +5708,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];
+    return springls__oriented_springls(model);
 }
 
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
@@ -5543,15 +5951,15 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 
 /* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
    longest displacement of any. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
-    bool carry = job.i[0] != 0, some, at_edge;
+    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
@@ -5569,7 +5977,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
             if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
                 out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
                                                  phi[v]);
-            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
                 *side_unknown = 1;
             }
@@ -5594,17 +6002,17 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
 
 /* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
    counts; job.i[0]: it is the last time, and who is left takes the old value. */
-SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    bool some_unknown = springls__has_unknown_side(model)[i] != 0;
     int row, v;
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,
                                        out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
@@ -5628,11 +6036,11 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     int row, x, o[3];
-    (void)job;
+    (void)args;
     springls__slot_origin(g, g->active[i], o);
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
@@ -5750,26 +6158,26 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
 }
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
-    (void)job;
+    (void)args;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
-    (void)job;
+    (void)args;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
@@ -5790,10 +6198,10 @@ SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const flo
 }
 
 /* Writes that of each brick to SCRATCH0. */
-SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
+    (void)args;
+    springls__band_mask(model)[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
@@ -6000,14 +6408,14 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
     SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
     SPRINGLS__NUM3 g[3];
     int m;
     for (m = 0; m < 3; m++)
         g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
     s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
@@ -6183,46 +6591,46 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
     SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
     SPRINGLS__NUM3 g[3];
     int m;
     for (m = 0; m < 3; m++)
         g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
     s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
 }
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
 /* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];
+    (void)args;
+    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
 /* Does so for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);
     int i;
     for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
         springls__vec_relax_springl(model, rule, begin);
         for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, job, i);
+            if (model->set.mask[i]) springls__relax_element(model, args, i);
     }
-    for (; begin < end; begin++) springls__relax_element(model, job, begin);
+    for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
 /* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     springls__springl s = model->set.s[i];
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)job;
+    (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     s.q[1] = s.q[2];
     s.q[2] = q;
@@ -6295,33 +6703,33 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
 }
 
 /* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
-SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+    (void)args;
+    springls__split_number(model)[i] = springls__is_overgrown(model,
                                                                                  springls__springl_tri(model->set.s[i])) ? 1u
                                                                                      : 0u;
 }
 
 /* To SCRATCH2: the halves of the first job.i[0] of them. */
-SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);
+    uint32_t at = springls__split_number(model)[i];
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
     halves[2u * at] = springls__child_of(model, i, 0);
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
 }
 
 /* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
-SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);
+    uint32_t at = springls__split_number(model)[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
     int n = model->set.count + (int)at;
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
     first = halves[2u * at];
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
@@ -6403,16 +6811,16 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
 
 /* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
    live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int colour = job.i[0], x, y, z, o[3];
+    int color = args.commit_simple.color, x, y, z, o[3];
     springls__slot_origin(g, g->active[i], o);
-    for (z = colour >> 2; z < 8; z += 2)
-        for (y = colour >> 1 & 1; y < 8; y += 2)
-            for (x = colour & 1; x < 8; x += 2) {
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
                 int v = x + 8 * y + 64 * z;
                 if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
                 if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
@@ -6420,39 +6828,20 @@ SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model
 }
 
 /* What was not granted is taken out of phi_next. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     const float held = 0.25f; /* a voxel that may not change stays next to the interface */
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int x;
-    (void)job;
+    (void)args;
     for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
         if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
 /* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
-
-/* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
-                                              float margin, int lo[3], int hi[3])
-{
-    springls__v3 lower, upper;
-    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
-    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
-    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
-    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
-    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
-    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
-    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
-}
 
 /* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
    and radius, comes closer than row[i]. */
@@ -6479,7 +6868,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
@@ -6488,7 +6877,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
     uint32_t k;
-    (void)job;
+    (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all have read whether it is */
     if (!unknown) return;
@@ -6513,17 +6902,17 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
 }
 
 /* Voxel i of the two constant bricks: job.f, outside and inside. */
-SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
 }
 
 /* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
-SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
 {
     int slot = model->grid.active[i];
-    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 /* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
@@ -6539,7 +6928,7 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
                                                    SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
@@ -6547,7 +6936,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
     float least = FLT_MAX;
     int row, v;
-    (void)job;
+    (void)args;
     for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
     SPRINGLS__BARRIER;
@@ -6555,7 +6944,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
     if (group.item == 0)
-        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -6582,11 +6971,11 @@ SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int
 /* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
    border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
    axes makes no difference to where growth ends. */
-SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
-    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
+    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
     const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
     int at[3], k;
     bool at_border, before = true, grew = false;
@@ -6601,18 +6990,18 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
         if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
         before = background;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;
     int slot = g->top[i], row, v;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    (void)job;
+    (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all know the slot */
     if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
@@ -6635,12 +7024,12 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
 
 /* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
    of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
                                             SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
-    const int b = job.i[0], across = 8 / b;
+    const int b = args.grow.block, across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
@@ -6666,7 +7055,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     grown[group.item] = grew;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
+    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
 }
 
 /* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
@@ -6698,7 +7087,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture_range;
@@ -6706,7 +7095,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
     uint32_t k;
-    (void)job;
+    (void)args;
     springls__slot_origin(g, g->active[i], o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
@@ -6728,21 +7117,31 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
             if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
-/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
-SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+/* ---- regions: connected foreground that no springl is near ----
+   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
+   voxels around it. Members are voxels and open constant bricks. */
+
+SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
 {
     return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
+{
+    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
+    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
+}
+
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
     SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
     int row, v;
-    (void)job;
+    (void)args;
     (void)memory;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
@@ -6767,24 +7166,13 @@ SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-}
-
-/* How many triangles and vertices active bricks have; after the scan, those before them. */
-SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
-{
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
-}
-
-SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
-{
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;
 }
 
 /* Triangles of a brick before each of its rows of cubes. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
+    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
@@ -6901,14 +7289,14 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
 
 /* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
    they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__group group = model->group;
     SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
     SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
     const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     int n, x, k;
-    (void)job;
+    (void)args;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
     for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
         signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
@@ -6925,7 +7313,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
         (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
     }
     SPRINGLS__BARRIER;
-    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    if (group.item == 0) springls__surface_rank(model)[model->grid.active[i]] = i;
     for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
         uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
         springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
@@ -6938,7 +7326,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
+    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;
     uint32_t seen = 0u;
     springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
@@ -6955,8 +7343,8 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
 SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
                                             springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
-    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
+    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
     const int mask = springls__cube_case(cube), *o = range->origin;
     int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
     uint32_t seen = 0u;
@@ -6974,13 +7362,13 @@ SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const 
 }
 
 /* Vertices and triangles of active brick i; job.i[0]: all triangles. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
     SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)args.surface.triangles;
     int n, x;
     if (end == before[0]) return;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
@@ -7005,14 +7393,14 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 }
 
 /* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
-SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    springls__v3 x = springls__surface_positions(model)[i];
     int nearest = springls__nearest_springl(model, x, 1.0f);
-    (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+    (void)args;
+    springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    springls__vertex_springl(model)[i] = nearest;
 }
 
 /* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
@@ -7021,85 +7409,81 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
    (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
-#define SPRINGLS__KERNELS(X)                                                                          \
-    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \
-    X(move, 512, SPRINGLS__BIT(S))                                                                    \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
-    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
-    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
-    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
-    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
-    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
-    X(track, 256, SPRINGLS__BIT(A))                                                                 \
-    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
-    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
-    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
-    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
-    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                               \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                          \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
-    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
-    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                        \
-    X(displacement, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
-    X(attach_vertex_data, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
+#define SPRINGLS__KERNELS(X)                                                                                                     \
+    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \
+    X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
+    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \
+    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \
+    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
+    X(track, 256, SPRINGLS__BIT(A))                                                                                              \
+    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \
+    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
+    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \
+    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \
+    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \
+    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
+    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \
+    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
+    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
+    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \
+    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \
+    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \
+    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
+    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \
+    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))
 
 /* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
-#define SPRINGLS__BRICK_KERNELS(X) \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \
-    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \
-    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
-    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
-    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \
-    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \
-    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \
-    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \
-      SPRINGLS__SURFACE_FLOATS) \
-    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
+#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
+    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \
+    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \
+    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
+    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \
+    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
+    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
+    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \
+      SPRINGLS__SURFACE_FLOATS)                                                                                                  \
+    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
 /* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
-#define SPRINGLS__SIMD_KERNELS(X)                                                                     \
-    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
    Name, and elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                      \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
-    X(counts_clear, 16)                                                                               \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
+#define SPRINGLS__COLLECTIVES(X)                                                                                                 \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
+    X(counts_clear, 16)                                                                                                          \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
+    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
-/* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
-
-#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
-#define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
-#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(SYNCED_POSITION) - SPRINGLS__BIT(S)) /* all of the constellation */
+/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -7113,49 +7497,47 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
-    void (*range)(const springls__model *model, springls__job job, int begin, int end);
+    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
     int grain;
     uint64_t writes;
     bool brick; /* a work group does one */
 } springls__kernel_info;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
-        for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
     }
 
 #define SPRINGLS__SIMD_RANGE(name)                                                                                       \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
-        springls__##name##_elements(model, job, begin, end);                                                             \
+        springls__##name##_elements(model, args, begin, end);                                                             \
     }
 
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
         float memory[floats];                                                                                            \
-        for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
     }
 
 /* ======== >>residency  (src/runtime/residency.h) =============================================================== */
-/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
-   about to read and write, and only that is brought here, once. */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
 
-/* How many elements of an array are in use. */
+/* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
-        || array == SPRINGLS__ARRAY_NEIGHBORS)
-        used = (size_t)m->set.count;
-    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
-        used = (size_t)m->grid.slot_count;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
     return used < all ? used : all;
 }
 
-/* Brings an array to the host or to the device. */
+/* Copies an array to the host or to the device. */
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -7166,10 +7548,8 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
-#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
-
-/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
-   from where it was. A failure when not even that can be: the model is lost. */
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
@@ -7188,8 +7568,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
-   False when *status is the result: of the device, or the failure to bring the model to the host. */
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
 SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
 {
     if (*status != SPRINGLS_DEVICE_FAILED) return false;
@@ -7198,7 +7578,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
     return *status == SPRINGLS_OK;
 }
 
-/* To be called before host code reads arrays of the model, or writes some of their elements. */
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -7206,15 +7586,15 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
-        if (!((reads | writes) >> array & 1u)) continue;
+        if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
 }
 
-/* What a kernel may touch is on the device; what it writes is only there. */
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -7226,12 +7606,12 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (writes >> array & 1u) buffer->host_stale = true;
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
 }
 
-/* The first bytes of an array, to be read here and then forgotten. */
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
@@ -7240,10 +7620,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* From now on kernels run on the device, where there is one: for stages. */
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Whatever the device has is of no use any more. */
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
@@ -7254,23 +7634,19 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-/* Working memory of stages: what it holds is of no use to whoever comes after them. */
-#define SPRINGLS__SCRATCH_BITS                                                                                                      \
-    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
-
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
-/* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own
-   indices own, so results cannot depend on the number of workers. */
+/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
+   A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
 SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     if (count <= 0) return;
@@ -7294,7 +7670,7 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
-/* run.h - a kernel over all its elements, wherever the model lives. */
+/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
@@ -7317,53 +7693,55 @@ static const springls__kernel_info springls__kernels[] = {
 
 SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 {
-    const springls__range_job *run = (const springls__range_job *)arg;
-    run->kernel->range(&run->ctx->model, run->job, begin, end);
+    const springls__kernel_run *run = (const springls__kernel_run *)arg;
+    run->kernel->range(&run->ctx->model, run->args, begin, end);
 }
 
-SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Returns a kernel with its arguments; NULL: it takes none. */
+SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
+{
+    springls__kernel_run run;
+    memset(&run, 0, sizeof run);
+    run.ctx = ctx;
+    run.kernel = &springls__kernels[kernel];
+    if (args) run.args = *args;
+    return run;
+}
+
+/* Starts a kernel on the device; fails when that cannot. */
+SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                                     const springls__arguments *args)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
-    return ctx->backend->run(ctx, (int)kernel, count, job);
+    return ctx->backend->run(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
-/* Has the device done it? What it cannot do is done here. */
-SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
-    if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
+    if (springls__run_on_device(ctx, kernel, count, args) == SPRINGLS_OK) return true;
     springls__fall_back_to_host(ctx);
     return false;
 }
 
-SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
+SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
-    springls__range_job run;
-    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    springls__kernel_run run;
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
-    run.ctx = ctx;
-    run.kernel = &springls__kernels[kernel];
-    run.job = job;
+    run = springls__run_of(ctx, kernel, args);
     springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
 }
 
-SPRINGLS__FN springls__job springls__job_of(int i)
-{
-    springls__job job;
-    memset(&job, 0, sizeof job);
-    job.i[0] = i;
-    return job;
-}
-
-SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); }
-
-/* How many of the first `count` bytes of an array are `value`. */
+/* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
     const uint8_t *flags;
     int i, n = 0;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
         springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
@@ -7372,51 +7750,59 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* The largest of the first `count` floats of a scratch, 0 or more. */
-SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
+/* Returns the largest of the first `count` floats of an array, at least 0. */
+SPRINGLS__FN float springls__largest(springls_context *ctx, springls__array array, int count)
 {
     const float *values;
     float largest = 0.0f;
     int i;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
+        if (ctx->backend->largest(ctx, array, count, &largest) == SPRINGLS_OK) return largest;
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
-    values = (const float *)ctx->model.scratch[scratch];
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0.0f;
+    values = (const float *)ctx->memory[array].data;
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
 
-/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+/* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
+SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
 {
-    uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, scratch, count, total);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
         numbers[i] = (uint32_t)sum;
         sum += number;
     }
+    return sum;
+}
+
+/* Does so with the first `count` numbers of an array; fails when *total, the sum of all, is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    uint64_t sum;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
+    sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
-/* stage.h - the begin and end of every stage: time and trace hooks. */
+/* stage_clock.h - begins and ends every stage: its clock and the caller's trace. */
 
 #if defined(_OPENMP)
 #include <omp.h>
 #endif
 #include <time.h>
 
+/* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
     if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
@@ -7427,6 +7813,7 @@ SPRINGLS__FN double springls__now(const springls_context *ctx)
 #endif
 }
 
+/* Returns when the stage has begun, for springls__stage_end. */
 SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
 {
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
@@ -7450,20 +7837,20 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 }
 
 /* ======== >>resumable  (src/runtime/resumable.h) =============================================================== */
-/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
-   ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
-   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
-   ctx->work. A stage that knows no parts is one. */
+/* resumable.h - stages that can be left between two phases and resumed later.
+   A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
+   SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
+   ctx->work holds what one phase leaves for the next. A stage that does not look at the phase has one. */
 
-/* For the end of a part: another one follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
+/* Ends a phase: `phase` of the same stage follows. */
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
 {
-    ctx->work.phase = part;
+    ctx->work.phase = phase;
     ctx->work.pending = true;
     return SPRINGLS_OK;
 }
 
-/* ... all of another stage follows. */
+/* Ends the last phase of a stage: all phases of another stage follow. */
 SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
 {
     ctx->work.stage = stage;
@@ -7473,7 +7860,7 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* The loop that a part ends with. */
+/* Makes a task over [0, count) the loop that the phase ends with. */
 SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7485,14 +7872,12 @@ SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
-SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
+SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
-    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
-    ctx->work.loop.kernel.ctx = ctx;
-    ctx->work.loop.kernel.kernel = &springls__kernels[kernel];
-    ctx->work.loop.kernel.job = job;
+    ctx->work.loop.kernel = springls__run_of(ctx, kernel, args);
     springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
 }
 
@@ -7504,6 +7889,7 @@ SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
     loop->task(loop->arg, loop->next + begin, loop->next + end);
 }
 
+/* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7512,10 +7898,10 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
     loop->next = loop->count;
 }
 
-/* Ranges of a smallest piece: some for each of a few threads. */
+/* Grains in the smallest piece: a few, so that a few threads share it. */
 enum { SPRINGLS__PIECE_GRAINS = 4 };
 
-/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+/* Runs as much of the loop as takes half of the time until `until`, at the pace of the piece before. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -7528,7 +7914,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 
-/* Would the next piece take longer than there is? */
+/* Returns true when the smallest next piece would end after `until`. */
 SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
 {
     const springls__pieces *loop = &ctx->work.loop;
@@ -7536,7 +7922,7 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
     return !(springls__now(ctx) + next < until);
 }
 
-/* ---- stages in parts ---- */
+/* ---- phases ---- */
 
 SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
 {
@@ -7552,7 +7938,7 @@ SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
     return ctx->work.stage(ctx);
 }
 
-/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
     while (!springls__phases_done(ctx)) {
@@ -7565,7 +7951,7 @@ SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const doubl
     return SPRINGLS_OK;
 }
 
-/* All of a stage, which may be inside a part of another. */
+/* Runs all of a stage, also from inside a phase of another one. */
 SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
 {
     const springls__work outer = ctx->work;
@@ -7578,13 +7964,14 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
 
 /* ---- the step in progress ---- */
 
+/* Stops the clock of the step's stage at work. */
 SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
     if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
     ctx->step.stage = -1;
 }
 
-/* What is in progress is left as it is. */
+/* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
     if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
@@ -7593,14 +7980,13 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 }
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
-/* bvh.h - a bounding volume hierarchy over triangles: closest point, nearest ray hit, generalised winding number.
-   Built by median splits along the longest axis of the triangles' centroids, ties broken by index: the tree depends on the
-   triangles alone, and it is never deeper than log2(count). All queries are iterative and answer the same whatever was
-   known before. Scratch buffer 7 is the builder's. */
+/* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). The builder works in
+   scratch buffer 7. */
 
-enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64, SPRINGLS__BVH_SCRATCH = 7 };
+enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
 
-/* triangle is -1 when nothing was found. t is the parameter along the ray, for ray queries only. */
+/* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
@@ -7624,7 +8010,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
-/* No triangles: keeps memory. */
+/* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
     surface->count = surface->given = surface->node_count = 0;
@@ -7632,6 +8018,7 @@ SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
     surface->source = NULL;
 }
 
+/* Returns whether item a comes before b along an axis. */
 SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
@@ -7661,7 +8048,7 @@ SPRINGLS__FN void springls__bvh_select(springls__bvh_item *items, int low, int h
     }
 }
 
-/* The axis along which the centroids of items [first, first+count) spread most. */
+/* Returns the axis along which the centroids of items [first, first+count) spread most. */
 SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, int count)
 {
     float lower[3], upper[3];
@@ -7677,6 +8064,7 @@ SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, 
     return axis;
 }
 
+/* Makes the nodes: splits in halves down to leaves of at most four triangles. */
 SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items)
 {
     int stack[SPRINGLS__BVH_STACK], top = 0;
@@ -7701,6 +8089,7 @@ SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_
     }
 }
 
+/* Computes the bounds of all nodes, children before their parents. */
 SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 {
     int n, i, k;
@@ -7729,7 +8118,7 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
-/* Memory for n triangles; the first `keep` and their nodes stay. */
+/* Makes room for n triangles; keeps the first `keep` and their nodes. */
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
@@ -7752,14 +8141,14 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     return springls__surface_room(ctx, surface, n, 0);
 }
 
+/* Builds the hierarchy of the first `count` triangles in surface->points. */
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
 {
     springls__bvh_item *items;
-    void *memory;
     int i;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, (size_t)count, sizeof *items, &memory));
-    items = (springls__bvh_item *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, count));
+    items = springls__bvh_items(&ctx->model);
     for (i = 0; i < count; i++) {
         const springls__v3 *p = surface->points + 3 * i;
         items[i].center[0] = p[0].x + p[1].x + p[2].x;
@@ -7774,7 +8163,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* The triangles of springls, which must be finite. */
+/* Makes a surface of the triangles of springls, which must be finite. */
 SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, springls__surface *surface,
                                                      const springls__springl *s, int count)
 {
@@ -7785,354 +8174,18 @@ SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, spri
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* ---- closest point ---- */
-
-SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
-{
-    float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
-    float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
-    float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
-    return dx * dx + dy * dy + dz * dz;
-}
-
-/* To the bounds of one triangle. */
-SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
-{
-    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
-                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
-    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
-                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
-    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
-                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
-    return dx * dx + dy * dy + dz * dz;
-}
-
 SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 {
     return springls__max(springls__max(springls__fabs(x.x), springls__fabs(x.y)), springls__fabs(x.z));
 }
 
-/* The triangle closest to x, the lowest index among equals, if it is not further than max_distance. `guess` is a triangle
-   that is probably close, or -1: it saves time and cannot change the answer, because boxes are only left out when they are
-   further than the best so far by more than all rounding errors. */
-SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls__surface *surface, springls__v3 x,
-                                                                  float max_distance, int guess)
-{
-    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
-    springls__surface_hit best;
-    float slack = 4e-6f * (surface->magnitude + springls__max_coordinate(x)), limit2;
-    int top = 0, i;
-    memset(&best, 0, sizeof best);
-    best.triangle = -1;
-    best.hit.d2 = max_distance < 1e18f ? max_distance * max_distance : FLT_MAX;
-    limit2 = max_distance < 1e18f ? (max_distance + slack) * (max_distance + slack) : FLT_MAX;
-    if (!surface->count) return best;
-    if (guess >= 0) {
-        springls__tri_hit h = springls__tri_closest(springls__surface_triangle(surface, guess), x);
-        if (h.d2 <= best.hit.d2) {
-            float d = springls__sqrt(h.d2) + slack;
-            best.triangle = guess;
-            best.hit = h;
-            limit2 = d * d;
-        }
-    }
-    stack[top].d2 = springls__bvh_box_distance2(&surface->nodes[0], x);
-    stack[top++].node = 0;
-    while (top) {
-        const springls__bvh_node *node = &surface->nodes[stack[--top].node];
-        if (stack[top].d2 > limit2) continue;
-        while (!node->count) { /* down to a leaf by the nearer child */
-            const springls__bvh_node *child = &surface->nodes[node->first];
-            float d0 = springls__bvh_box_distance2(&child[0], x), d1 = springls__bvh_box_distance2(&child[1], x);
-            int second = d0 <= d1; /* the one to be looked at later */
-            if ((second ? d1 : d0) <= limit2) {
-                stack[top].d2 = second ? d1 : d0;
-                stack[top++].node = node->first + second;
-            }
-            node = &child[!second];
-            if ((second ? d0 : d1) > limit2) break;
-        }
-        for (i = 0; i < node->count; i++) {
-            int triangle = surface->order[node->first + i];
-            springls__tri_hit h;
-            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) > limit2) continue;
-            h = springls__tri_closest(springls__surface_triangle(surface, triangle), x);
-            if (h.d2 < best.hit.d2 || (h.d2 == best.hit.d2 && (best.triangle < 0 || triangle < best.triangle))) {
-                float d = springls__sqrt(h.d2) + slack;
-                best.triangle = triangle;
-                best.hit = h;
-                limit2 = d * d;
-            }
-        }
-    }
-    return best;
-}
-
-SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__surface *surface, springls__v3 x,
-                                                             float max_distance)
-{
-    return springls__surface_closest_from(surface, x, max_distance, -1);
-}
-
-/* ---- all that are near ---- */
-
-/* A walk over the triangles of all leaves whose box comes within r of x. */
-typedef struct springls__near_walk {
-    const springls__surface *surface;
-    springls__v3 x;
-    float r;
-    int stack[SPRINGLS__BVH_STACK], top, next, end;
-} springls__near_walk;
-
-SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
-{
-    springls__near_walk walk;
-    walk.surface = surface;
-    walk.x = x;
-    walk.r = r;
-    walk.top = walk.next = walk.end = 0;
-    if (surface->count) walk.stack[walk.top++] = 0;
-    return walk;
-}
-
-/* The next triangle, or -1 at the end. */
-SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
-{
-    while (walk->next == walk->end) {
-        const springls__bvh_node *node;
-        if (!walk->top) return -1;
-        node = &walk->surface->nodes[walk->stack[--walk->top]];
-        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
-        if (node->count) {
-            walk->next = node->first;
-            walk->end = node->first + node->count;
-        } else {
-            walk->stack[walk->top++] = node->first + 1;
-            walk->stack[walk->top++] = node->first;
-        }
-    }
-    return walk->surface->order[walk->next++];
-}
-
-/* ---- rays ---- */
-
-/* A ray in the frame where its direction is (0, 0, 1): shearing keeps shared edges shared bit by bit, so that a ray
-   cannot slip between two triangles. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
-    int kx, ky, kz;
-    float sx, sy, sz;
-} springls__ray;
-
-SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
-{
-    springls__ray r;
-    int k;
-    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
-    for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
-        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
-    }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
-    return r;
-}
-
-/* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
-{
-    float t_in = 0.0f, t_out = t_max;
-    int k;
-    for (k = 0; k < 3; k++) {
-        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
-        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
-        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
-        t_in = springls__max(t_in, t0);
-        t_out = springls__min(t_out, t1);
-    }
-    *t = t_in;
-    return t_in <= t_out * 1.000002f;
-}
-
-/* Where the ray meets a triangle, from either side: t in [0, t_max], and the point by barycentric weights. */
-SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
-{
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
-    out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
-    return 1;
-}
-
-/* The first triangle that the ray x + t direction meets with 0 <= t <= t_max, the lowest index among equals. The direction
-   need not be a unit vector; a direction of no length meets nothing. */
-SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
-                                                         springls__v3 direction, float t_max)
-{
-    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
-    springls__surface_hit best, h;
-    springls__ray r;
-    float slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x)), t;
-    int top = 0, i;
-    memset(&best, 0, sizeof best);
-    best.triangle = -1;
-    best.t = t_max;
-    h = best;
-    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return best;
-    r = springls__ray_make(x, direction);
-    if (springls__ray_box(&r, &surface->nodes[0], slack, t_max, &t)) {
-        stack[top].t = t;
-        stack[top++].node = 0;
-    }
-    while (top) {
-        const springls__bvh_node *node = &surface->nodes[stack[--top].node];
-        if (stack[top].t > best.t * 1.000002f) continue;
-        if (!node->count) {
-            float t0 = 0.0f, t1 = 0.0f;
-            int hit0 = springls__ray_box(&r, &surface->nodes[node->first], slack, best.t, &t0);
-            int hit1 = springls__ray_box(&r, &surface->nodes[node->first + 1], slack, best.t, &t1);
-            int nearer = hit1 && (!hit0 || t1 < t0); /* pushed last, popped first */
-            if (hit0 && hit1) {
-                stack[top].t = nearer ? t0 : t1;
-                stack[top++].node = node->first + !nearer;
-            }
-            if (hit0 || hit1) {
-                stack[top].t = nearer ? t1 : t0;
-                stack[top++].node = node->first + nearer;
-            }
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int triangle = surface->order[node->first + i];
-            if (!springls__ray_triangle(&r, springls__surface_triangle(surface, triangle), best.t, &h)) continue;
-            if (h.t < best.t || best.triangle < 0 || triangle < best.triangle) {
-                best = h;
-                best.triangle = triangle;
-            }
-        }
-    }
-    return best;
-}
-
-/* ---- generalised winding number ---- */
-
-/* Sums up the directed areas of the nodes, once a surface; needed before springls__surface_winding. */
-SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
-{
-    int n, i, k;
-    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
-    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
-    for (n = surface->node_count - 1; n >= 0; n--) {
-        const springls__bvh_node *node = &surface->nodes[n];
-        springls__dipole *d = &surface->dipoles[n];
-        springls__v3 extent = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f;
-        int parts = node->count ? node->count : 2;
-        memset(d, 0, sizeof *d);
-        for (i = 0; i < parts; i++) {
-            springls__v3 center, area;
-            float w;
-            if (node->count) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                center = springls__tri_centroid(t);
-                area = springls__scale(springls__tri_area2(t), 0.5f);
-                w = springls__length(area);
-            } else {
-                center = surface->dipoles[node->first + i].center;
-                area = surface->dipoles[node->first + i].area;
-                w = surface->dipoles[node->first + i].weight;
-            }
-            d->area = springls__add(d->area, area);
-            d->center = springls__mad(d->center, center, w);
-            weight += w;
-        }
-        if (weight > 0.0f) d->center = springls__scale(d->center, 1.0f / weight);
-        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
-        d->weight = weight;
-        for (k = 0; k < 3; k++) {
-            float c = k == 0 ? d->center.x : k == 1 ? d->center.y : d->center.z;
-            float e = springls__max(c - node->lower[k], node->upper[k] - c);
-            if (k == 0) extent.x = e;
-            else if (k == 1) extent.y = e;
-            else extent.z = e;
-        }
-        d->radius2 = springls__length2(extent);
-    }
-    return SPRINGLS_OK;
-}
-
-/* How often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open one.
-   A node further away than `accuracy` times its radius counts as one directed area. */
-SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
-{
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    double sum = 0.0;
-    if (!surface->count) return 0.0f;
-    stack[top++] = 0;
-    while (top) {
-        int n = stack[--top];
-        const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        springls__v3 to = springls__sub(d->center, x);
-        float d2 = springls__length2(to);
-        if (d2 > accuracy * accuracy * d->radius2) {
-            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
-        } else if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-        } else {
-            for (i = 0; i < node->count; i++) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                sum += (double)springls__solid_angle(t, x);
-            }
-        }
-    }
-    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
-}
-
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
 /* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
 
-/* Room for count springls, keeping those that are there. */
+/* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
-    int array;
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++)
-        SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
 /* Springls have been put behind the others by springls__springl_add. */
@@ -8147,30 +8200,26 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
 }
 
-/* Drops every springl whose byte in SCRATCH1 is 0; the others stay in order. */
+/* Drops the springls whose contract_action is REMOVE; the others stay in order. */
 SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
 {
-    const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
-    int array, i, n = 0, count = ctx->model.set.count;
+    const uint8_t *action = springls__contract_action(&ctx->model);
+    int i, n = 0, count = ctx->model.set.count;
     if (ctx->on_device) {
         springls_status status = ctx->backend->constellation_compact(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
-        char *data = (char *)ctx->memory[array].data;
-        size_t element = springls__element_size((springls__array)array);
-        for (i = n = 0; i < count; i++) {
-            if (!keep[i]) continue;
-            if (n != i) memcpy(data + (size_t)n * element, data + (size_t)i * element, element);
-            n++;
-        }
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
+    for (i = 0; i < count; i++) {
+        if (action[i] == SPRINGLS__REMOVE) continue;
+        if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
+        n++;
     }
     ctx->model.set.count = n;
     return SPRINGLS_OK;
@@ -8179,15 +8228,15 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 /* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
 /* The longest way of any particle since then, voxels. In SCRATCH7. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
 {
-    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)ctx->model.set.count, sizeof(float), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, springls__no_job());
-    *way = springls__sqrt(springls__largest(ctx, 7, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 
@@ -8196,7 +8245,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
 }
 
 /* To be called after anything that adds, removes or replaces springls. */
@@ -8207,16 +8256,17 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 }
 
 /* ======== >>algorithms  (src/runtime/algorithms.h) ============================================================= */
-/* algorithms.h - sorting, union-find and hashing of plain numbers. */
+/* algorithms.h - sorts, joins and hashes plain numbers. */
 
+/* Compares two ints for qsort. */
 SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
 {
     int x = *(const int *)a, y = *(const int *)b;
     return (x > y) - (x < y);
 }
 
-/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
-   insertion where a few are left. */
+/* Sorts keys ascending, in place, in time proportional to their number: by radix exchange from the highest bit in use, and by
+   insertion where at most 16 are left. */
 SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
 {
     struct { size_t first, end; int bit; } range[65];
@@ -8254,14 +8304,14 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
-/* The root of i's tree in a forest of parents, which grows flatter. */
+/* Returns the root of i's tree in a forest, and shortens the paths on the way. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
 }
 
-/* FNV-1a over 32-bit words. */
+/* Continues a hash over an array of 32-bit words (FNV-1a). */
 SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
 {
     const unsigned char *p = (const unsigned char *)data;
@@ -8274,8 +8324,8 @@ SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t byt
     return hash;
 }
 
-/* Three words in one number, for hash tables whose size is a power of two. */
-SPRINGLS__FN size_t springls__mesh_hash(uint32_t a, uint32_t b, uint32_t c)
+/* Returns a hash of three words, for tables whose size is a power of two. */
+SPRINGLS__FN size_t springls__hash3(uint32_t a, uint32_t b, uint32_t c)
 {
     uint64_t h = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
     h ^= h >> 29;
@@ -8291,7 +8341,7 @@ SPRINGLS__FN uint32_t springls__float_bits(float x)
     return bits;
 }
 
-/* Slots of a hash table for that many entries: a power of two. */
+/* Returns the size of a hash table for that many entries: a power of two. */
 SPRINGLS__FN size_t springls__table_size(size_t entries)
 {
     size_t size = 16;
@@ -8315,23 +8365,16 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 /* The constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
-    springls__job job = springls__no_job();
-    job.f[0] = outside;
-    job.f[1] = inside;
-    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
+    springls__arguments args;
+    args.omega_constant.outside = outside;
+    args.omega_constant.inside = inside;
+    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, &args);
 }
 
-/* Room for `slots` slots. */
+/* Makes room for `slots` slots; keeps those that are there. */
 SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
 {
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)slots, used = (size_t)g->slot_count;
-    int array;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SLOT_BRICK, n, used));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_ACTIVE, n, (size_t)g->active_count));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FREE_SLOTS, n, (size_t)g->free_count));
-    for (array = SPRINGLS__ARRAY_PHI; array <= SPRINGLS__ARRAY_CELL; array++) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, n, used));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
 /* The constant bricks of a grid, far outside and far inside. */
@@ -8352,7 +8395,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+        springls__clear_cells(springls__cells_of(g, slot));
     }
 }
 
@@ -8394,13 +8437,21 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Counts the slots that n new bricks have taken (springls__slot_of_new). */
+SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
+{
+    int reused = springls__imin(n, g->free_count);
+    g->free_count -= reused;
+    g->slot_count += n - reused;
+}
+
 /* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
    it had, and keeps `active` ordered by brick. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i, n = 0, write, read;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
@@ -8408,19 +8459,15 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
-    g->active_count += n;
     for (i = n - 1; i >= 0; i--) { /* merge from the back */
-        int slot = g->free_count ? g->free_slots[--g->free_count] : g->slot_count++;
-        int side = g->top[list[i]];
+        int slot = springls__slot_of_new(g, g->free_count, i);
         while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
         g->active[write--] = slot;
-        g->slot_brick[slot] = list[i];
-        g->top[list[i]] = slot;
-        springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->omega, slot, -1.0f); /* unknown */
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+        springls__add_brick(g, list[i], slot);
+        springls__fill_new_brick(g, slot);
     }
+    springls__take_slots(g, n);
+    g->active_count += n;
     return SPRINGLS_OK;
 }
 
@@ -8434,9 +8481,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
             g->active[n++] = slot;
             continue;
         }
-        g->top[g->slot_brick[slot]] = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        g->slot_brick[slot] = -1;
-        g->free_slots[g->free_count++] = slot;
+        springls__drop_brick(g, slot, g->free_count++);
     }
     g->active_count = n;
 }
@@ -8455,9 +8500,9 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 }
 
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
-/* host_access.h - what calls that run on the host begin and end with. */
+/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
-/* Empty model, empty grid. */
+/* Empties the model and its grid; keeps memory and parameters. Abandons a step in progress. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     springls__abandon_step(ctx);
@@ -8473,14 +8518,15 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     springls__constellation_changed(ctx);
 }
 
-/* On failure the model is left empty. */
+/* Empties the model if `status` is a failure; returns it. */
 SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, springls_status status)
 {
     if (status != SPRINGLS_OK) springls__clear_model(ctx);
     return status;
 }
 
-/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
+/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the
+   model if that was lost. */
 SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
@@ -8493,16 +8539,16 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* From now on they run here, on all of the model: for inputs and queries. */
+/* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
+    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
-/* Brings what is about to be read; it changes nothing that anybody can see. */
+/* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
 SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;
@@ -8510,18 +8556,19 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 }
 
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
-/* transform.h - between the voxels of a grid and the world. */
+/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* y = M x, M row-major 3x4. */
+/* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
 {
     int k;
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
-/* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
+   or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
     double m[12], det;
@@ -8556,14 +8603,14 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     return true;
 }
 
-/* A direction matrix of negative determinant turns triangles inside out on their way to the world. */
+/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
     const double *m = ctx->to_world;
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
 }
 
-/* The world's unit normal of a surface whose normal in voxels is n: by the transpose of world -> voxel. */
+/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
 SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
 {
     const double *m = ctx->to_voxel;
@@ -8574,7 +8621,7 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
         unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
 }
 
-/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
+/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
 SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
 {
     const double *m = ctx->to_voxel;
@@ -8599,6 +8646,7 @@ SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls
     world[2] = (float)x[2];
 }
 
+/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
 SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
 {
     const double *m = ctx->to_world;
@@ -8608,7 +8656,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamped far outside any model, so that the squares of distances stay finite. */
+/* Clamps far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
@@ -8862,9 +8910,10 @@ SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
                                                                                      : 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
-    SPRINGLS__TRY(
-        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
+    job->blocks = springls__block_motions(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
@@ -8931,8 +8980,8 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
     SPRINGLS__TRY(
@@ -8941,9 +8990,9 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
-    job->moved = springls__sqrt(springls__largest(ctx, 1, count));
-    job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
+    job->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    job->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
     if (!(job->moved < 1e9f)) job->moved = -1.0f;
     return ctx->backend_status;
 }
@@ -8953,8 +9002,8 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     SPRINGLS__TRY(springls__motion_times(job));
-    SPRINGLS__TRY(
-        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    job->displacement = springls__displacement(&ctx->model);
     job->blocks = NULL;
     if (ctx->on_device && springls__device_can_displace(job)) {
         springls_status status = springls__displace_on_device(job);
@@ -8984,7 +9033,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
     ctx->stats.largest_displacement = job->moved;
     ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
@@ -9064,21 +9113,19 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)ctx->model.set.count + 1, 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(int), (void **)&missing));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    int i, n = 0, *missing, origin[3];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
+    missing = springls__missing_bricks(&ctx->model);
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 p = ctx->model.set.s[i].p;
-        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
-                                              springls__cell_coordinate(p.y, g->size[1]),
-                                              springls__cell_coordinate(p.z, g->size[2]));
+        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
     }
     if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -9089,41 +9136,30 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     const springls__springl *s = ctx->model.set.s;
     size_t n = (size_t)ctx->model.set.count;
     uint32_t running = 0;
-    int i, c;
+    int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cells_build(ctx);
+        springls_status status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->bounding_radius = 0.0f;
     cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++)
-        memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
     for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
         if (cells->key[i] == SPRINGLS__LARGE_KEY) {
             cells->large[cells->large_count++] = (uint32_t)i;
             continue;
         }
         cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        g->cell[cells->key[i]]++;
+        springls__count_in_cell(&ctx->model, i);
     }
-    for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
-        uint32_t *cell = g->cell + (size_t)g->active[i] * SPRINGLS__CELLS;
-        cell[0] = running;
-        for (c = 1; c < SPRINGLS__CELLS; c++) {
-            uint32_t count = cell[c];
-            cell[c] = running;
-            running += count;
-        }
-    }
-    for (i = 0; i < ctx->model.set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
-        if (cells->key[i] != SPRINGLS__LARGE_KEY) cells->ids[g->cell[cells->key[i]]++] = (uint32_t)i;
+    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
@@ -9135,38 +9171,28 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cells_cover_around(ctx);
+        springls_status status = ctx->backend->cell_list_cover_around(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
-                                    (void **)&missing));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    missing = springls__missing_bricks(&ctx->model);
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
-        uint32_t reach = ~0u;
-        int o[3];
-        if (i < g->active_count) {
-            springls__slot_origin(g, g->active[i], o);
-            reach = springls__cells_neighbor_mask(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
-        } else {
-            springls__v3 p = ctx->model.set.s[ctx->model.cells.large[i - g->active_count]].p;
-            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
-            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
-            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
-        }
-        for (d = 0; d < 27 && reach; d++) {
-            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
-            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
-        }
+        int origin[3], at[3];
+        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
+        for (d = 0; d < 27 && around; d++)
+            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
+                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
+                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
     }
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
 /* ======== >>attribute_rows  (src/model/attribute_rows.h) ======================================================= */
-/* attribute_rows.h - storage of what springls carry besides themselves: a row of floats each. */
+/* attribute_rows.h - storage of attributes: each springl has a row of `channels` floats in each of them. */
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
@@ -9184,15 +9210,163 @@ SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int t
     if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
 }
 
+/* Makes room for `rows` rows; keeps the first `keep`. */
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
 {
     size_t row = (size_t)attribute->channels * sizeof(float);
     return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
 }
 
+/* Makes room for count elements in working memory `which`. */
 SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
+}
+
+/* ======== >>closest_point  (src/model/closest_point.h) ========================================================= */
+/* closest_point.h - finds the point of a surface that is closest to a place, and all triangles near it. */
+
+/* Returns the squared distance from x to the bounds of a node. */
+SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+{
+    float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
+    float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
+    float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* Returns the squared distance from x to the bounds of one triangle. */
+SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+{
+    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
+                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
+    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
+                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
+    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
+                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* A search for the closest triangle: the best so far, and the squared distance beyond which no box can hold a better one. */
+typedef struct springls__closest_search {
+    const springls__surface *surface;
+    springls__v3 x;
+    float slack, limit2;    /* slack: more than all rounding errors of a distance                               */
+    springls__surface_hit best;
+    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__closest_search;
+
+/* Takes the triangle if it is closer than the best, or as close and of a lower index. */
+SPRINGLS__FN void springls__closest_try(springls__closest_search *search, int triangle)
+{
+    springls__surface_hit *best = &search->best;
+    springls__tri_hit h = springls__tri_closest(springls__surface_triangle(search->surface, triangle), search->x);
+    if (h.d2 < best->hit.d2 || (h.d2 == best->hit.d2 && (best->triangle < 0 || triangle < best->triangle))) {
+        float d = springls__sqrt(h.d2) + search->slack;
+        best->triangle = triangle;
+        best->hit = h;
+        search->limit2 = d * d;
+    }
+}
+
+/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL where all below is too
+   far. */
+SPRINGLS__FN const springls__bvh_node *springls__closest_leaf(springls__closest_search *search, const springls__bvh_node *node)
+{
+    while (!node->count) {
+        const springls__bvh_node *child = &search->surface->nodes[node->first];
+        float d0 = springls__bvh_box_distance2(&child[0], search->x), d1 = springls__bvh_box_distance2(&child[1], search->x);
+        int further = d0 <= d1;
+        if ((further ? d0 : d1) > search->limit2) return NULL;
+        if ((further ? d1 : d0) <= search->limit2) {
+            search->stack[search->top].d2 = further ? d1 : d0;
+            search->stack[search->top++].node = node->first + further;
+        }
+        node = &child[!further];
+    }
+    return node;
+}
+
+/* Returns the point of the surface closest to x, if it is not further than max_distance; the lowest index among equals.
+   `guess` is a triangle that is probably close, or -1: it saves time and cannot change the result, because boxes are left out
+   only when they are further than the best so far by more than all rounding errors. */
+SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls__surface *surface, springls__v3 x,
+                                                                  float max_distance, int guess)
+{
+    springls__closest_search search;
+    const bool bounded = max_distance < 1e18f;
+    int i;
+    search.surface = surface;
+    search.x = x;
+    search.slack = 4e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.hit.d2 = bounded ? max_distance * max_distance : FLT_MAX;
+    search.limit2 = bounded ? (max_distance + search.slack) * (max_distance + search.slack) : FLT_MAX;
+    if (!surface->count) return search.best;
+    if (guess >= 0) springls__closest_try(&search, guess);
+    search.stack[0].d2 = springls__bvh_box_distance2(&surface->nodes[0], x);
+    search.stack[0].node = 0;
+    search.top = 1;
+    while (search.top) {
+        const springls__bvh_node *leaf;
+        search.top--;
+        if (search.stack[search.top].d2 > search.limit2) continue;
+        leaf = springls__closest_leaf(&search, &surface->nodes[search.stack[search.top].node]);
+        for (i = 0; leaf && i < leaf->count; i++) {
+            int triangle = surface->order[leaf->first + i];
+            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) <= search.limit2)
+                springls__closest_try(&search, triangle);
+        }
+    }
+    return search.best;
+}
+
+SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__surface *surface, springls__v3 x,
+                                                             float max_distance)
+{
+    return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all triangles that are near ---- */
+
+/* A walk over the triangles of all leaves whose bounds come within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* Returns the next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ======== >>interpolation  (src/model/interpolation.h) ========================================================= */
@@ -9200,31 +9374,34 @@ SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int
 
 enum { SPRINGLS__MAX_SOURCES = 24 };
 
-/* index[0] has the nearest correspondence. */
+/* The springls that a value is interpolated from; index[0] has the nearest correspondence. */
 typedef struct springls__interpolation_sources {
     int index[SPRINGLS__MAX_SOURCES], count;
-    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* squared distance of correspondences */
+    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* d2: squared distance of correspondences  */
 } springls__interpolation_sources;
 
 typedef struct springls__interpolation_search {
-    const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
-    const springls__v3 *a;         /* and this their correspondences                        */
-    int known;                     /* how many have values                                  */
+    const springls_context *ctx;   /* its springl_surface has the triangles of the springls with values         */
+    const springls__v3 *a;         /* their correspondences                                                     */
+    int known;                     /* how many they are                                                         */
 } springls__interpolation_search;
 
-SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *donors, int index, float d2)
+/* Adds a springl unless there are enough of nearer ones. Keeps ascending order, equals by index. */
+SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *sources, int index, float d2)
 {
-    int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__MAX_SOURCES
-        && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
-    i = donors->count < SPRINGLS__MAX_SOURCES ? donors->count++ : last;
-    for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
-        donors->d2[i] = donors->d2[i - 1];
-        donors->index[i] = donors->index[i - 1];
+    int i, last = sources->count - 1;
+    if (sources->count == SPRINGLS__MAX_SOURCES
+        && (sources->d2[last] < d2 || (sources->d2[last] == d2 && sources->index[last] < index))) return;
+    i = sources->count < SPRINGLS__MAX_SOURCES ? sources->count++ : last;
+    for (; i > 0 && (sources->d2[i - 1] > d2 || (sources->d2[i - 1] == d2 && sources->index[i - 1] > index)); i--) {
+        sources->d2[i] = sources->d2[i - 1];
+        sources->index[i] = sources->index[i - 1];
     }
-    donors->d2[i] = d2;
-    donors->index[i] = index;
+    sources->d2[i] = d2;
+    sources->index[i] = index;
 }
+
+/* ---- weights ---- */
 
 /* Solves the symmetric positive 3x3 system m x = b. */
 SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3])
@@ -9242,112 +9419,153 @@ SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3
     }
 }
 
-/* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
+/* A plane of values fitted to weighted sources: the sum of their weights, the mean of their places, and the slope at them. */
 typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
 
-SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *donors, double r[SPRINGLS__MAX_SOURCES][3])
+SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *sources,
+                                                           double r[SPRINGLS__MAX_SOURCES][3])
 {
-    const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
+    const double ridge = 1e-4; /* across the original surface, where the sources have no extent */
     springls__plane plane;
     double m[3][3], trace;
     int i, j, k;
     memset(&plane, 0, sizeof plane);
     memset(m, 0, sizeof m);
-    for (i = 0; i < donors->count; i++) {
-        plane.weight += (double)donors->weight[i];
-        for (k = 0; k < 3; k++) plane.mean[k] += (double)donors->weight[i] * r[i][k];
+    for (i = 0; i < sources->count; i++) {
+        plane.weight += (double)sources->weight[i];
+        for (k = 0; k < 3; k++) plane.mean[k] += (double)sources->weight[i] * r[i][k];
     }
     for (k = 0; k < 3; k++) plane.mean[k] /= plane.weight;
-    for (i = 0; i < donors->count; i++)
+    for (i = 0; i < sources->count; i++)
         for (j = 0; j < 3; j++)
-            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
+            for (k = 0; k < 3; k++)
+                m[j][k] += (double)sources->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
     trace = m[0][0] + m[1][1] + m[2][2];
     for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * plane.weight;
     springls__solve3(m, plane.mean, plane.slope);
     return plane;
 }
 
-/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a,
-   exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
-   again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
-   values, and stays within their range. */
-SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *donors, const springls__v3 *places, springls__v3 a)
+/* Sets weights that fall with distance, and each source's place relative to a. */
+SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a, double r[SPRINGLS__MAX_SOURCES][3])
 {
-    double r[SPRINGLS__MAX_SOURCES][3], lean[SPRINGLS__MAX_SOURCES], limit = 1.0, below, lowest = 0.0;
-    float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
-    springls__plane plane;
-    int i, k, left = donors->count, worst;
-    for (i = 0; i < donors->count; i++) {
-        float t = donors->d2[i] / range2;
-        springls__v3 d = springls__sub(places[donors->index[i]], a);
-        donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+    float range2 = 1.1f * sources->d2[sources->count - 1] + 1e-6f;
+    int i;
+    for (i = 0; i < sources->count; i++) {
+        float t = sources->d2[i] / range2;
+        springls__v3 d = springls__sub(places[sources->index[i]], a);
+        sources->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
-    do {
-        plane = springls__interpolation_plane(donors, r);
-        worst = -1;
-        for (i = 0; i < donors->count; i++) {
-            lean[i] = 0.0;
-            for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
-            if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
-            below = (double)donors->weight[i] * (lean[i] - 1.0);
-            if (worst >= 0 && below <= lowest) continue;
-            lowest = below;
-            worst = i;
-        }
-        if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
-    } while (worst >= 0 && left-- > 3);
-    for (i = 0; i < donors->count; i++)
-        if (donors->weight[i] > 0.0f && lean[i] * limit > 1.0) limit = 1.0 / lean[i];
-    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
 }
 
-/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
-   are none on this side, the nearest of all. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
-                                                  springls__v3 a, float reach)
+/* Finds how much the plane's slope takes from each source: more than 1 makes its weight negative. Returns the source whose
+   weight is the most negative one, or -1. */
+SPRINGLS__FN int springls__interpolation_worst(const springls__interpolation_sources *sources, const springls__plane *plane,
+                                               double r[SPRINGLS__MAX_SOURCES][3], double taken[SPRINGLS__MAX_SOURCES])
+{
+    double lowest = 0.0;
+    int i, k, worst = -1;
+    for (i = 0; i < sources->count; i++) {
+        double below;
+        taken[i] = 0.0;
+        for (k = 0; k < 3; k++) taken[i] += plane->weight * (r[i][k] - plane->mean[k]) * plane->slope[k];
+        if (sources->weight[i] == 0.0f || taken[i] <= 1.0) continue;
+        below = (double)sources->weight[i] * (taken[i] - 1.0);
+        if (worst >= 0 && below <= lowest) continue;
+        lowest = below;
+        worst = i;
+    }
+    return worst;
+}
+
+/* Sets the weights of moving least squares of degree 1 at the correspondence a: the weighted sum of values is that of the fitted
+   plane at a, exact for linear functions. A source that would get a negative weight is left out, the worst first, while more
+   than three are left; then the slope is reduced. So the result is a mean of values, and stays within their range. */
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a)
+{
+    double r[SPRINGLS__MAX_SOURCES][3], taken[SPRINGLS__MAX_SOURCES], limit = 1.0;
+    springls__plane plane;
+    int i, left = sources->count, worst;
+    springls__interpolation_begin(sources, places, a, r);
+    do {
+        plane = springls__interpolation_plane(sources, r);
+        worst = springls__interpolation_worst(sources, &plane, r, taken);
+        if (worst >= 0 && left > 3) sources->weight[worst] = 0.0f;
+    } while (worst >= 0 && left-- > 3);
+    for (i = 0; i < sources->count; i++)
+        if (sources->weight[i] > 0.0f && taken[i] * limit > 1.0) limit = 1.0 / taken[i];
+    for (i = 0; i < sources->count; i++) sources->weight[i] *= (float)((1.0 - limit * taken[i]) / plane.weight);
+}
+
+/* ---- sources ---- */
+
+/* Finds the springls within a radius of x that face the same way as n. stretch: model units in the longest spacing. */
+SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
+                                           springls__v3 a, float radius, float stretch,
+                                           springls__interpolation_sources *sources)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
-    const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
-    springls__interpolation_sources donors;
-    float radius = 2.5f * springls__max(1.0f, reach), further2;
-    int attempt, j;
-    donors.count = 0;
-    for (attempt = 0; attempt < 4 && donors.count < 3; attempt++, radius *= 2.0f) {
-        springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
-        donors.count = 0;
-        while ((j = springls__near_walk_next(&walk)) >= 0) {
-            springls__tri t;
-            if (j >= search->known) continue;
-            t = springls__surface_triangle(surface, j);
-            if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
-            if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-            springls__interpolation_sources_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
-        }
+    const float alike = 0.3f; /* cosine */
+    springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
+    int j;
+    sources->count = 0;
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__tri t;
+        if (j >= search->known) continue;
+        t = springls__surface_triangle(surface, j);
+        if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
+        if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
+        springls__interpolation_sources_add(sources, j, springls__length2(springls__sub(search->a[j], a)));
     }
-    if (donors.count == 0) {
-        springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
-        float best = FLT_MAX;
-        while ((j = springls__near_walk_next(&walk)) >= 0) {
-            float d2;
-            if (j >= search->known) continue;
-            d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
-            if (d2 > best || (d2 == best && donors.count && j > donors.index[0])) continue;
-            best = d2;
-            donors.index[0] = j;
-            donors.count = 1;
-        }
-        donors.d2[0] = 0.0f;
-    }
-    radius = 2.5f * springls__max(1.0f, reach);
-    further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
-    while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
-    if (donors.count) springls__interpolation_weigh(&donors, search->a, a);
-    return donors;
 }
 
-/* donors of a springl that is there now. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
+/* Finds the springl nearest to x, whichever way it faces. */
+SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search *search, springls__v3 x,
+                                           springls__interpolation_sources *sources)
+{
+    const springls__surface *surface = &search->ctx->springl_surface;
+    springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+    float best = FLT_MAX;
+    int j;
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        float d2;
+        if (j >= search->known) continue;
+        d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
+        if (d2 > best || (d2 == best && sources->count && j > sources->index[0])) continue;
+        best = d2;
+        sources->index[0] = j;
+        sources->count = 1;
+    }
+    sources->d2[0] = 0.0f;
+}
+
+/* Returns the springls around x that face the same way as n (both in model coordinates), those with the correspondences nearest
+   to a, with their weights. bounding_radius: of the springl at x, voxels. Where none face that way, the nearest of all. */
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search,
+                                                                                springls__v3 x, springls__v3 n, springls__v3 a,
+                                                                                float bounding_radius)
+{
+    const float near_radius = 2.5f * springls__max(1.0f, bounding_radius);
+    const float stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
+    springls__interpolation_sources sources;
+    float radius = near_radius, further2;
+    int attempt;
+    sources.count = 0;
+    for (attempt = 0; attempt < 4 && sources.count < 3; attempt++, radius *= 2.0f)
+        springls__sources_facing(search, x, n, a, radius, stretch, &sources);
+    if (sources.count == 0) springls__nearest_source(search, x, &sources);
+    further2 = 2.0f * sources.d2[0] + 16.0f * near_radius * near_radius; /* beyond it: from another part of the original */
+    while (sources.count > 1 && sources.d2[sources.count - 1] > further2) sources.count--;
+    if (sources.count) springls__interpolation_weigh(&sources, search->a, a);
+    return sources;
+}
+
+/* Returns the sources at the place of springl i. */
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(
+    const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -9355,44 +9573,47 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
     t.a = springls__voxel_to_model(ctx, s.q[0]);
     t.b = springls__voxel_to_model(ctx, s.q[1]);
     t.c = springls__voxel_to_model(ctx, s.q[2]);
-    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.bounding_radius);
+    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t),
+                                              ctx->model.set.a[i], s.bounding_radius);
 }
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *donors, float *out)
+/* ---- values ---- */
+
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+                                             const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
-    for (i = 0; i < donors->count; i++)
+    for (i = 0; i < sources->count; i++)
         for (c = 0; c < attribute->channels; c++)
-            out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+            out[c] += sources->weight[i] * springls__attribute_row(attribute, sources->index[i])[c];
 }
 
-/* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *donors, bool blend,
-                                         float *out)
+/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
+                                              const springls__interpolation_sources *sources, bool blend, float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
-    if (donors->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__interpolate_rows(attribute, donors, out);
-    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
+    if (sources->count == 0) memset(out, 0, bytes);
+    else if (blend) springls__interpolate_rows(attribute, sources, out);
+    else memcpy(out, springls__attribute_row(attribute, sources->index[0]), bytes);
 }
 
 /* ======== >>springl_surface  (src/model/springl_surface.h) ===================================================== */
-/* springl_surface.h - the hierarchy over the triangles of the springls.
+/* springl_surface.h - the hierarchy over the triangles of the springls, in model coordinates: the axes of the world, the grid's
+   origin at zero, the smallest spacing as the unit. So distances are those of the world for every spacing and direction, and a
+   far origin costs no digits. */
 
-   The model's triangles are kept in a hierarchy of their own, in "model" coordinates: the world's axes, the grid's origin
-   at zero, the smallest spacing as the unit. So distances are the world's whatever the grid's spacing and direction, and
-   no digits are lost to a far origin. It is built again by the first query after the springls have moved. */
-
-SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
+/* Builds the hierarchy if springls have moved since it was built. */
+SPRINGLS__FN springls_status springls__springl_surface_refresh(springls_context *ctx)
 {
     int i, m;
-    if (ctx->model_fresh) return SPRINGLS_OK;
+    if (ctx->springl_surface_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->springl_surface, ctx->model.set.count));
     for (i = 0; i < ctx->model.set.count; i++)
         for (m = 0; m < 3; m++) ctx->springl_surface.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->model.set.s[i].q[m]);
     SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->springl_surface, ctx->model.set.count));
-    ctx->model_fresh = true;
+    ctx->springl_surface_fresh = true;
     return SPRINGLS_OK;
 }
 
@@ -9421,7 +9642,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
     return SPRINGLS_OK;
 }
@@ -9533,7 +9754,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.search.ctx = ctx;
@@ -9609,13 +9830,13 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     springls__merge_targets_job job;
     size_t count = (size_t)ctx->model.set.count;
     if (!ctx->attribute_count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.fate = springls__contract_action(&ctx->model);
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
@@ -9650,7 +9871,7 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    const uint8_t *fate = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
@@ -9666,7 +9887,7 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -9674,32 +9895,32 @@ enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
-    springls__job job = springls__no_job();
+    springls__arguments args;
     int count = ctx->model.set.count, undecided;
     switch (ctx->work.phase) {
     case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
         if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
-        job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
-        job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
-        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
+        args.contract.min_angle_cosine = springls__cospi(ctx->model.params.min_angle / 180.0f);
+        args.contract.max_angle_cosine = springls__cospi(ctx->model.params.max_angle / 180.0f);
+        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, &args);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
     case SPRINGLS__CONTRACT_RESHAPE:
-        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
+        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
+        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
-        SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
+        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_MERGE:
-        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        undecided = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED);
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
+        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
         return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
@@ -9726,51 +9947,37 @@ SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 /* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
-    int colour;
+    springls__arguments args;
     for (; passes > 0; passes--)
-        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, springls__job_of(colour));
-    springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, springls__no_job());
+        for (args.commit_simple.color = 0; args.commit_simple.color < 8; args.commit_simple.color++)
+            springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, NULL);
 }
 
 /* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
-/* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
+/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    int *rank, i, pass, total = 0;
+    const springls__model *model = &ctx->model;
+    const int bricks = model->grid.active_count;
+    uint32_t *first;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->near_build(ctx, margin);
+        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
-    memset(cells->brick_list_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
-    for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
-    for (pass = 0; pass < 2; pass++) {
-        for (i = 0; i < ctx->model.set.count; i++) {
-            int lo[3], hi[3], x, y, z;
-            springls__springl_bricks(g, &ctx->model.set.s[i], margin, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++) {
-                        int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
-                        if (slot < SPRINGLS__FIRST_SLOT) continue;
-                        if (pass == 0) cells->brick_list_first[rank[slot] + 2]++;
-                        else cells->brick_list_ids[cells->brick_list_first[rank[slot] + 1]++] = (uint32_t)i;
-                    }
-        }
-        if (pass == 1) break;
-        for (i = 0; i < g->active_count; i++) { /* entry i+1 becomes the start of brick i; the second pass moves it on */
-            cells->brick_list_first[i + 2] += cells->brick_list_first[i + 1];
-        }
-        total = (int)cells->brick_list_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
-    }
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__ROLE_BIT(brick_rank)));
+    first = model->cells.brick_list_first;
+    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
+    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
     return SPRINGLS_OK;
 }
 
@@ -9778,11 +9985,13 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
-    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
+    springls__arguments args;
+    args.omega_forget.all = !ctx->omega_fresh;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
-        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
@@ -9807,7 +10016,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
         SPRINGLS__TRY(springls__omega_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
     case SPRINGLS__EVOLVE_PHI:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
     case SPRINGLS__EVOLVE_COMMIT:
     default:
@@ -9826,29 +10035,31 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)count, sizeof(uint32_t), NULL));
-    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
+    springls__arguments args;
     int count = ctx->model.set.count, wanted = 0, room;
-    while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
-        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, springls__no_job());
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH2, SPRINGLS__ARRAY_SCRATCH3);
+    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
+        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
     }
-    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, springls__no_job());
-    SPRINGLS__TRY(springls__scan(ctx, 4, count, &wanted));
+    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
     ctx->stats.refused += wanted - room;
     ctx->stats.added += room;
     if (room == 0) return SPRINGLS_OK;
+    args.insert.count = room;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, springls__job_of(room));
+    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
@@ -9860,27 +10071,29 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 /* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
-    springls__job job = springls__no_job();
+    springls__arguments args;
     int bricks;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
-    job.f[0] = covered;
-    job.f[1] = on_sheets;
-    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
+    args.exposure.covered = covered;
+    args.exposure.covered_on_sheets = on_sheets;
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, &args);
     return SPRINGLS_OK;
 }
 
 /* ... get springls. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
+    springls__arguments args;
     int bricks = ctx->model.grid.active_count, wanted = 0, room;
-    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(exposed_count), bricks, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
     ctx->stats.refused += wanted - room;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
-    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, springls__job_of(room));
+    args.insert.count = room;
+    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, &args);
     springls__constellation_added(ctx, room);
     return SPRINGLS_OK;
 }
@@ -9888,11 +10101,13 @@ SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 /* The new springls, behind `first` others, take their place among them. */
 SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
+    springls__arguments args;
     int added = ctx->model.set.count - first;
     double started;
     if (added == 0) return;
+    args.fit.first = first;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, springls__job_of(first)); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -9933,7 +10148,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
     for (; sweeps > 0; sweeps--) {
-        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         springls__swap_phi(ctx);
     }
 }
@@ -9945,32 +10160,35 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     uint32_t *reach;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
     ctx->cells_fresh = false; /* they live in the bricks */
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    reach = springls__band_mask(&ctx->model);
+    keep = springls__band_keeps(&ctx->model);
+    wanted = springls__band_bricks(&ctx->model);
+    rank = springls__band_rank(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
                                     SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
-                                        | SPRINGLS__BIT(SCRATCH3)));
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps) | SPRINGLS__ROLE_BIT(band_bricks)
+                                        | SPRINGLS__ROLE_BIT(band_rank)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
     }
     for (i = 0; i < g->active_count; i++) {
-        int origin[3];
+        int origin[3], at[3];
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
-            int x = origin[0] + 8 * (d % 3 - 1), y = origin[1] + 8 * (d / 3 % 3 - 1), z = origin[2] + 8 * (d / 9 - 1);
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            brick = springls__brick_at(g, x, y, z);
+            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;
         }
@@ -9986,28 +10204,28 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
     const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
     switch (ctx->work.phase) {
     case SPRINGLS__REBUILD_INTERFACE:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     case SPRINGLS__REBUILD_SWEEP:
     default:
         springls__swap_phi(ctx);
         if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }
 }
 
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
-/* neighbors.h - lists of neighbours (section 4.8). */
+/* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
+/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
     ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }
@@ -10025,12 +10243,12 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         SPRINGLS__TRY(springls__neighbors_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
-        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, ctx->model.set.count));
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, NULL);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
     case SPRINGLS__RELAX_ITERATED:
     default:
-        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
         springls__constellation_moved(ctx);
         if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
         return SPRINGLS_OK;
@@ -10040,8 +10258,8 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 /* Flipped triangles are turned round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, springls__no_job());
-    ctx->model_fresh = false;
+    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
@@ -10050,19 +10268,21 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
+    springls__arguments args;
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, springls__no_job());
-    SPRINGLS__TRY(springls__scan(ctx, 1, count, &wanted));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
     splits = springls__imin(wanted, room);
     ctx->stats.refused += wanted - splits;
     if (splits == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
+    args.insert.count = splits;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
     SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
+    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
@@ -10075,7 +10295,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -10089,7 +10309,7 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     if (ctx->on_device) {
@@ -10097,44 +10317,44 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-        for (z = lo[2]; z <= hi[2]; z++)
-            for (y = lo[1]; y <= hi[1]; y++)
-                for (x = lo[0]; x <= hi[0]; x++) {
-                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
-                    count += !wanted[brick];
-                    wanted[brick] = 1;
-                }
+        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
+        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[brick];
+            wanted[brick] = 1;
+        }
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
+    list = springls__brick_list(&ctx->model);
     for (i = count = 0; i < bricks; i++)
         if (wanted[i]) list[count++] = i;
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
+/* The background grows through bricks: the coarse levels of the paper, each to its end. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
     int step = 1, axis, lines;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, springls__brick_count(g), 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, springls__brick_count(g) * 3, 1, NULL)); /* more than there are lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* more than there are lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
     for (; step >= 1; step /= 2)
         do {
             for (axis = lines = 0; axis < 3; axis++) {
-                springls__job job = springls__job_of(axis);
-                job.i[1] = step;
-                job.i[2] = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), job);
+                args.grow_line.axis = axis;
+                args.grow_line.step = step;
+                args.grow_line.first_flag = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
                 lines += springls__lines_along(g, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), springls__no_job());
+        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
     return SPRINGLS_OK;
 }
 
@@ -10142,21 +10362,23 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
 {
     const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
     bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
+    args.grow.block = block;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
     for (; grew && iterations > 0; iterations--) {
-        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, springls__job_of(block));
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, bricks, 1) > 0;
+        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
 
-/* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
-   narrow entrance. It is on one side as a whole: that of most voxels around it. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
+   thread's work. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
+    uint8_t *state;       /* of the bricks                                              */
     int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
@@ -10172,7 +10394,7 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 
 SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
 {
-    return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
+    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
@@ -10190,7 +10412,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture_range) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -10202,17 +10424,15 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
     const springls__grid *g = &r->ctx->model.grid;
     int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3];
-    at[0] = 8 * (brick % g->bricks[0]) + (v & 7);
-    at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]) + (v >> 3 & 7);
-    at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1])) + (v >> 6);
+    int at[3], to[3];
+    springls__brick_origin(g, brick, at);
+    at[0] += v & 7;
+    at[1] += v >> 3 & 7;
+    at[2] += v >> 6;
     for (d = 0; d < 6; d++)
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++) {
-                int to[3], axis = d >> 1;
-                to[axis] = at[axis] + (d & 1 ? n : -1);
-                to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
-                to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+                springls__voxel_at_face(at, n, d, i, j, to);
                 springls__region_visit(r, to[0], to[1], to[2]);
             }
 }
@@ -10238,18 +10458,17 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
-    void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->settle_regions(ctx);
+        springls_status status = ctx->backend->resolve_regions(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     region.ctx = ctx;
-    region.state = (uint8_t *)ctx->model.scratch[2];
+    region.state = springls__brick_state(&ctx->model);
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
-    region.member = (int64_t *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
+    region.member = springls__region_members(&ctx->model);
     for (v = 0; v < voxels; v++) {
         int64_t first = springls__active_voxel(g, v);
         if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
@@ -10281,12 +10500,12 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
         return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
     case SPRINGLS__SIGN_SIDES:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
         return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
     case SPRINGLS__SIGN_COMMIT:
     default:
         if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
         springls__mark_phi_synced(ctx);
         return springls__next_stage(ctx, springls__rebuild);
     }
@@ -10298,17 +10517,18 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
    both sides. */
 
 /* Finds the springls at creases (edge), and the normal and place that each has on its side. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool anew)
+SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
 {
     int count = ctx->model.set.count;
-    size_t n = (size_t)count;
+    springls__arguments args;
+    args.edge.search = search;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof(springls__v3), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, springls__no_job());
-    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, springls__job_of(anew));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
 }
@@ -10320,9 +10540,9 @@ SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { retur
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 
@@ -10464,12 +10684,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     const springls__grid *g = &ctx->model.grid;
     int i;
-    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) == 0) return;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
     springls__omega_constant(ctx, g->far_value, -g->far_value);
     for (i = 0; i < voxels; i++) {
-        springls__job job = springls__job_of(i == voxels - 1);
-        job.f[0] = i == voxels - 1 ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
+        springls__arguments args;
+        args.resolve.last = i == voxels - 1;
+        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
+        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
     springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
@@ -10481,17 +10702,18 @@ enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPE
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     const int sweeps = 2;
-    springls__job job = springls__job_of(carry);
+    springls__arguments args;
     float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
     case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
-        SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
         SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
-        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
-        job.f[0] = *displacement;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        args.project.carry = carry;
+        args.project.max_displacement = *displacement;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
     case SPRINGLS__PROJECT_COMMIT:
         if (carry) {
@@ -10500,13 +10722,13 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
         if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:
         springls__swap_phi(ctx);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
     case SPRINGLS__PROJECT_SWEEP:
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
     case SPRINGLS__PROJECT_SWEPT:
     default:
@@ -10698,9 +10920,12 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
     int v;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
     parts->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->slot_count, sizeof *parts->rank, (void **)&parts->rank));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)nodes, sizeof *parts->parent, (void **)&parts->parent));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)parts->voxels, sizeof *parts->label, (void **)&parts->label));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, parts->voxels));
+    parts->rank = springls__component_rank(&ctx->model);
+    parts->parent = springls__component_parent(&ctx->model);
+    parts->label = springls__component_label(&ctx->model);
     for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
     for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
     springls__join_faces(g, parts);
@@ -10716,7 +10941,8 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
             parts->label[node] = root == node ? parts->count++ : parts->label[root]; /* a root is the lowest of its tree */
         }
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)parts->count, sizeof *parts->part, (void **)&parts->part));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, parts->count));
+    parts->part = springls__components(&ctx->model);
     memset(parts->part, 0, (size_t)parts->count * sizeof *parts->part);
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -10776,9 +11002,12 @@ SPRINGLS__FN springls_status springls__component_links_begin(springls_context *c
     k->before = ctx->locked_count;
     nodes = (size_t)k->before + (size_t)parts->count;
     k->vote_count = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->model.set.count, sizeof *k->votes, (void **)&k->votes));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, nodes, sizeof *k->kin, (void **)&k->kin));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, nodes, sizeof *k->parent, (void **)&k->parent));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
+    k->votes = springls__link_votes(&ctx->model);
+    k->kin = springls__links(&ctx->model);
+    k->parent = springls__link_parent(&ctx->model);
     for (i = 0; i < (int)nodes; i++) {
         k->parent[i] = i;
         k->kin[i].votes = 0;
@@ -10978,18 +11207,17 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return springls__lock_components(ctx, &parts, &kinship);
 }
 
-/* ======== >>step  (src/solver/step.h) ========================================================================== */
-/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
-   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
+/* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
 
-/* ---- what the rows ask ---- */
+/* ---- conditions of entries ---- */
 
 SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
 {
     return iteration % ctx->model.params.resample_period == 0;
 }
 
-/* Volumes are to be locked, and nobody knows them yet. */
+/* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
     return ctx->model.params.volume_lock && ctx->locked_count == 0;
@@ -10997,54 +11225,71 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
-/* contract will ask for phi as it was before the springls moved. */
+/* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
     return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
+
 SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
 {
     return ctx->step.resamples && !ctx->model.params.resample_last;
 }
+
 SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 {
     return ctx->step.resamples && ctx->model.params.resample_last;
 }
+
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
+
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls; }
+
+SPRINGLS__FN bool springls__carries(const springls_context *ctx)
+{
+    return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls;
+}
+
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
-/* After eq. 23; carrying phi along has projected it already. */
+/* Returns true when phi is to be projected after eq. 23. Carrying phi along projects it too, unless eq. 23 follows. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
 {
     return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
 }
 
-/* ---- what is done between stages ---- */
+/* ---- between stages ---- */
 
 enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 
-/* The rest of a step is cut into parts as equal as the force allows. */
+/* Returns in *dt the length of the next sub-step: the time that is left, cut into parts as equal as the force permits. Fails
+   when the step needs too many sub-steps, or one so short that the time does not change. */
+SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, float *dt)
+{
+    springls__stepping *step = &ctx->step;
+    *dt = step->longest_substep;
+    if (step->time_left <= 0.0f) return SPRINGLS_OK;
+    *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
+    if (ctx->time + (double)*dt == ctx->time)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+    if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                              SPRINGLS__MAX_SUBSTEPS);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    float dt = step->longest_substep;
-    if (step->time_left > 0.0f) {
-        dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
-        if (ctx->time + (double)dt == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
-                                  (double)dt);
-        if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
-                                  SPRINGLS__MAX_SUBSTEPS);
-    }
+    float dt;
+    SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
@@ -11055,7 +11300,7 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Springls have moved. */
+/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
@@ -11067,21 +11312,23 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Springls may have come too far for phi to be carried along. */
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float way;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
+    float displacement;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
-/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
+/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
+   closes the gaps between them. */
 SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
+        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
@@ -11091,10 +11338,54 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
+/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
 
-/* ---- the algorithms ---- */
+/* Decides whether the step is cut into sub-steps, and how long the first one may be. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->time_left = 0.0f;
+    step->longest_substep = desc->dt;
+    step->next = step->algorithm;
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MAX_SUBSTEPS);
+    step->time_left = desc->dt;
+    step->end_time = ctx->time + (double)desc->dt;
+    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
 
+/* ---- the tables ---- */
+
+/* Entries: DO has no clock, STAGE has that of its stage; _IF: only where the condition is true. */
 #define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
 #define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
 #define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
@@ -11108,7 +11399,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
-/* The level set follows the springls. */
+/* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
     SPRINGLS__DO(springls__follow_begin),                                                    \
     SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
@@ -11122,6 +11413,8 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
     SPRINGLS__DO(springls__substep_end)
+
+static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
 
 static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN_SUBSTEP,
@@ -11159,60 +11452,6 @@ static const springls__step_entry springls__advect_only[] = {
     SPRINGLS__DO(springls__substep_end)
 };
 
-SPRINGLS__FN void springls__first_entry(springls_context *ctx)
-{
-    ctx->step.next = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
-                    : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
-                                                              : springls__advect_only;
-}
-
-/* Is there another sub-step? The next one is as long as the last one permitted. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->time_left = (float)(step->end_time - ctx->time);
-    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        springls__first_entry(ctx);
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end_time;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
-/* How the step is cut into sub-steps: left is 0 where it is not. */
-SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    const springls_step_desc *desc = &step->desc;
-    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->time_left = 0.0f;
-    step->longest_substep = desc->dt;
-    springls__first_entry(ctx);
-    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
-    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
-        return SPRINGLS_OK;
-    }
-    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
-                              SPRINGLS__MAX_SUBSTEPS);
-    step->time_left = desc->dt;
-    step->end_time = ctx->time + (double)desc->dt;
-    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
-    return SPRINGLS_OK;
-}
-
-static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
-
 #undef SPRINGLS__DO
 #undef SPRINGLS__DO_IF
 #undef SPRINGLS__STAGE
@@ -11224,9 +11463,12 @@ static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__pl
 #undef SPRINGLS__FOLLOW
 #undef SPRINGLS__END_SUBSTEP
 
-/* ---- from entry to entry ---- */
+SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
+{
+    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+}
 
-/* The entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
+/* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
 SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
 {
     for (;; entry++) {
@@ -11237,6 +11479,10 @@ SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_cont
         if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
     }
 }
+
+/* ======== >>step  (src/solver/step.h) ========================================================================== */
+/* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
+   any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
 
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
@@ -11249,7 +11495,7 @@ SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
     springls__begin_phases(ctx, entry->run);
 }
 
-/* Goes on with the stage at work. Its clock stands still while nobody does. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count as its. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
@@ -11262,7 +11508,7 @@ SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const
     return status;
 }
 
-/* Goes on with the step in progress for a while; NULL: to its end. */
+/* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
     springls_status status = SPRINGLS_OK;
@@ -11278,6 +11524,7 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return springls__report_device_failure(ctx, status);
 }
 
+/* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -11297,6 +11544,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
+    ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
     ctx->step.active = true;
@@ -11328,7 +11576,7 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
 {
-    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
+    const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
@@ -11351,9 +11599,9 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 }
 
 /* ======== >>stage_calls  (src/solver/stage_calls.h) ============================================================ */
-/* stage_calls.h - the public calls of single stages. A step in progress is finished first. */
+/* stage_calls.h - the public calls of single stages. Each ends a step in progress first. */
 
-/* Runs one stage under its clock: the body of every public stage call. */
+/* Runs one stage under its clock. */
 SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
 {
     springls_status status;
@@ -11428,7 +11676,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 }
 
 /* ======== >>parameter_sets  (src/model/parameter_sets.h) ======================================================= */
-/* params.h - the two parameter sets. */
+/* parameter_sets.h - the two parameter sets, and the ranges of their members. */
 
 enum { SPRINGLS__COOKIE = 0x53504731 };
 
@@ -11512,7 +11760,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
-/* NULL when every member is in range, else the name of the first that is not. */
+/* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
 #define SPRINGLS__IN(member, low, high) \
@@ -11569,7 +11817,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 }
 
 /* ======== >>create  (src/lifecycle/create.h) =================================================================== */
-/* context.h - the life cycle. */
+/* create.h - the life cycle of a context, its parameters, and texts about the library. */
 
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
@@ -11589,47 +11837,61 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
     return status;
 }
 
-SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+/* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, springls_context *ctx)
 {
-    springls_context *ctx;
-    springls_allocator allocator;
-    springls_params params;
-    springls_status status;
-    double to_world[12], to_voxel[12];
     int axis;
-    if (out) *out = NULL;
-    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is shorter than 4 voxels");
-    if (!springls__grid_transform(&desc->grid, to_world, to_voxel))
-        return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is longer than 4096, or spacing or direction is not usable");
-    params = desc->params ? *desc->params : springls_default_params();
-    if (springls__params_fault(&params)) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, springls__params_fault(&params));
-    if (desc->max_springls < 0) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: max_springls is negative");
-    allocator = desc->allocator;
-    if (!allocator.alloc) {
-        allocator.alloc = springls__malloc;
-        allocator.free = springls__free;
-    }
-    if (!allocator.free) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: the allocator has no free");
-    ctx = (springls_context *)allocator.alloc(sizeof *ctx, allocator.user);
-    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
-    memset(ctx, 0, sizeof *ctx);
-    ctx->memory_used = sizeof *ctx;
-    ctx->desc = *desc;
-    ctx->desc.params = NULL;
-    ctx->backend = desc->backend;
-    ctx->desc.allocator = allocator;
-    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
-    ctx->model.params = params;
-    memcpy(ctx->to_world, to_world, sizeof to_world);
-    memcpy(ctx->to_voxel, to_voxel, sizeof to_voxel);
+        if (desc->grid.size[axis] < 4) return "create: a grid side is shorter than 4 voxels";
+    if (!springls__grid_transform(&desc->grid, ctx->to_world, ctx->to_voxel))
+        return "create: a grid side is longer than 4096, or spacing or direction is not usable";
+    ctx->model.params = desc->params ? *desc->params : springls_default_params();
+    if (springls__params_fault(&ctx->model.params)) return springls__params_fault(&ctx->model.params);
+    if (desc->max_springls < 0) return "create: max_springls is negative";
+    if (desc->allocator.alloc && !desc->allocator.free) return "create: the allocator has no free";
+    return NULL;
+}
+
+/* Finds the shortest and the longest step between voxels, in world units. */
+SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
+{
+    const double *m = ctx->to_world;
+    int axis;
     for (axis = 0; axis < 3; axis++) {
-        springls__v3 column = springls__v3_make((float)to_world[axis], (float)to_world[4 + axis], (float)to_world[8 + axis]);
-        float spacing = springls__length(column);
+        float spacing = springls__length(springls__v3_make((float)m[axis], (float)m[4 + axis], (float)m[8 + axis]));
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+}
+
+/* Copies a checked description, with its defaults filled in. */
+SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+{
+    ctx->desc = *desc;
+    ctx->desc.params = NULL;
+    ctx->backend = desc->backend;
+    if (!ctx->desc.allocator.alloc) {
+        ctx->desc.allocator.alloc = springls__malloc;
+        ctx->desc.allocator.free = springls__free;
+    }
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    springls__measure_spacing(ctx);
+}
+
+SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+{
+    springls_context *ctx, made;
+    const char *fault;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    memset(&made, 0, sizeof made);
+    fault = springls__desc_fault(desc, &made);
+    if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
+    springls__adopt_desc(&made, desc);
+    ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    *ctx = made;
     status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
         springls_destroy(ctx);
@@ -11876,24 +12138,102 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 }
 
 /* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads an indexed mesh of the caller's. */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
 
-/* Position i of an array with `stride` bytes between two. */
+/* Returns position i of an array whose positions are `stride` bytes apart. */
 SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
 {
     return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
 }
 
-/* The half-edge that follows in the triangle: half-edge h runs from corner h % 3 of triangle h / 3. */
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
 SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
 
+/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
+/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
+
+/* One triangle of a leaf, or one child of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+{
+    springls__dipole d;
+    springls__tri t;
+    if (!node->count) return surface->dipoles[node->first + i];
+    memset(&d, 0, sizeof d);
+    t = springls__surface_triangle(surface, surface->order[node->first + i]);
+    d.center = springls__tri_centroid(t);
+    d.area = springls__scale(springls__tri_area2(t), 0.5f);
+    d.weight = springls__length(d.area);
+    return d;
+}
+
+/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
+SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
+{
+    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
+                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
+                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
+}
+
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
+{
+    int n, i;
+    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
+    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
+        const springls__bvh_node *node = &surface->nodes[n];
+        springls__dipole *d = &surface->dipoles[n];
+        memset(d, 0, sizeof *d);
+        for (i = 0; i < (node->count ? node->count : 2); i++) {
+            springls__dipole part = springls__dipole_part(surface, node, i);
+            d->area = springls__add(d->area, part.area);
+            d->center = springls__mad(d->center, part.center, part.weight);
+            d->weight += part.weight;
+        }
+        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
+        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
+        d->radius2 = springls__dipole_radius2(node, d->center);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
+   one. A node further away than `accuracy` times its radius counts as one directed area. */
+SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
+{
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    double sum = 0.0;
+    if (!surface->count) return 0.0f;
+    stack[top++] = 0;
+    while (top) {
+        int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        springls__v3 to = springls__sub(d->center, x);
+        float d2 = springls__length2(to);
+        if (d2 > accuracy * accuracy * d->radius2) {
+            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
+        } else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++) {
+                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
+                sum += (double)springls__solid_angle(t, x);
+            }
+        }
+    }
+    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
+}
+
 /* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
-/* mesh_distance.h - the signed distance to a triangle mesh: size from the hierarchy, sign from the winding number. */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced;
-    float band; /* where phi is clamped */
+    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
 SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
@@ -11903,8 +12243,8 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
-   winding number does not count, so that phi is the plain distance away from holes. */
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
 SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
     float w;
@@ -11918,9 +12258,9 @@ SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springl
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
 
-/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
-   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
                                         float distance, float *side)
 {
     static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
@@ -11940,30 +12280,30 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
     return known;
 }
 
-/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
-   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
-   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool learn = voxels || m->balanced;
+    bool reuse = voxels || m->balanced;
     float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
-        bool asked = false;
-        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            asked = side == 0.0f;
-            if (asked) side = springls__mesh_side(m, points[i]);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;
     }
 }
@@ -12051,8 +12391,10 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
     job.ctx = ctx;
     job.fn = fn;
     job.arg = arg;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, sizeof(float), (void **)&job.centers));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    job.centers = springls__brick_centers(&ctx->model);
+    list = springls__brick_list(&ctx->model);
     springls__parallel(ctx, bricks, 512, springls__center_task, &job);
     for (i = 0; i < bricks; i++) {
         float d = job.centers[i];
@@ -12089,8 +12431,10 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     int n = 0, brick, *list, x, y, z, d;
     uint8_t *wanted;
     bool at_border;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
+    list = springls__brick_list(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (brick = 0; brick < bricks; brick++) {
         int o[3], inside = 0, seen = 0, at[3];
@@ -12171,7 +12515,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, NULL);
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
@@ -12499,7 +12843,7 @@ SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
 {
     const springls__v3 x = m->point[i];
     size_t mask = m->table_size - 1;
-    size_t slot = springls__mesh_hash(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
+    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
     for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
         springls__v3 other = m->point[m->table[slot]];
         if (other.x == x.x && other.y == x.y && other.z == x.z) break;
@@ -12567,7 +12911,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     for (h = 0; h < 3 * m->count; h++) {
         int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
         springls__mesh_edge *edge;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 0u) & mask;
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
         while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
             slot = (slot + 1) & mask;
         if (m->table[slot] < 0) {
@@ -13061,7 +13405,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = ctx->model.set.count;
@@ -13255,15 +13599,14 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
             c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
 }
 
-/* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
+/* Who is where: to tell change of correspondences. By slot of what is shown. */
 SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__brick_signature *crew;
-    void *memory;
     int i, slot;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
-    crew = (springls__brick_signature *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->shown.slot_count));
+    crew = springls__brick_signatures(&ctx->model);
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
@@ -13498,6 +13841,160 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
     return springls__report_device_failure(ctx, status);
+}
+
+/* ======== >>ray  (src/model/ray.h) ============================================================================= */
+/* ray.h - finds the first point in which a ray meets a surface. */
+
+/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
+   both, so that a ray cannot slip between them. */
+typedef struct springls__ray {
+    float origin[3], direction[3], inverse[3];
+    int kx, ky, kz;
+    float sx, sy, sz;
+} springls__ray;
+
+SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
+{
+    springls__ray r;
+    int k;
+    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
+    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    for (k = 0; k < 3; k++) {
+        float d = r.direction[k];
+        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
+    }
+    r.kz = 0;
+    for (k = 1; k < 3; k++)
+        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
+    r.kx = (r.kz + 1) % 3;
+    r.ky = (r.kz + 2) % 3;
+    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
+    r.sz = 1.0f / r.direction[r.kz];
+    r.sx = r.direction[r.kx] * r.sz;
+    r.sy = r.direction[r.ky] * r.sz;
+    return r;
+}
+
+/* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
+   missed by rounding. */
+SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+{
+    float t_in = 0.0f, t_out = t_max;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
+        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
+        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
+        t_in = springls__max(t_in, t0);
+        t_out = springls__min(t_out, t1);
+    }
+    *t = t_in;
+    return t_in <= t_out * 1.000002f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
+{
+    double p[3][3], u, v, w, det, t;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - (double)r->origin[0];
+        d[1] = (double)q.y - (double)r->origin[1];
+        d[2] = (double)q.z - (double)r->origin[2];
+        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
+        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
+        p[m][2] = (double)r->sz * d[r->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
+    det = u + v + w;
+    if (det == 0.0) return 0;
+    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    out->t = (float)t;
+    out->hit.bary[0] = (float)(u / det);
+    out->hit.bary[1] = (float)(v / det);
+    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
+    out->hit.point = springls__v3_make(
+        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
+        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
+        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    return 1;
+}
+
+/* A search for the first triangle that a ray meets, in [0, best.t]. */
+typedef struct springls__ray_search {
+    const springls__surface *surface;
+    springls__ray ray;
+    float slack;
+    springls__surface_hit best;
+    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__ray_search;
+
+/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
+SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
+{
+    const springls__bvh_node *child = &search->surface->nodes[node->first];
+    float t0 = 0.0f, t1 = 0.0f;
+    int hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
+    int hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
+    int nearer = hit1 && (!hit0 || t1 < t0);
+    if (hit0 && hit1) {
+        search->stack[search->top].t = nearer ? t0 : t1;
+        search->stack[search->top++].node = node->first + !nearer;
+    }
+    if (hit0 || hit1) {
+        search->stack[search->top].t = nearer ? t1 : t0;
+        search->stack[search->top++].node = node->first + nearer;
+    }
+}
+
+/* Takes the triangles of a leaf that the ray meets earlier than the best, or as early and of a lower index. */
+SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const springls__bvh_node *leaf)
+{
+    springls__surface_hit h = search->best;
+    int i;
+    for (i = 0; i < leaf->count; i++) {
+        int triangle = search->surface->order[leaf->first + i];
+        springls__tri t = springls__surface_triangle(search->surface, triangle);
+        if (!springls__ray_triangle(&search->ray, t, search->best.t, &h)) continue;
+        if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
+            search->best = h;
+            search->best.triangle = triangle;
+        }
+    }
+}
+
+/* Returns the first point in which the ray x + t direction meets the surface with 0 <= t <= t_max, the lowest index among equals.
+   The direction need not be a unit vector; one of no length meets nothing. */
+SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
+                                                         springls__v3 direction, float t_max)
+{
+    springls__ray_search search;
+    search.surface = surface;
+    search.slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.t = t_max;
+    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return search.best;
+    search.ray = springls__ray_make(x, direction);
+    search.top = springls__ray_box(&search.ray, &surface->nodes[0], search.slack, t_max, &search.stack[0].t) ? 1 : 0;
+    search.stack[0].node = 0;
+    while (search.top) {
+        const springls__bvh_node *node;
+        search.top--;
+        if (search.stack[search.top].t > search.best.t * 1.000002f) continue;
+        node = &surface->nodes[search.stack[search.top].node];
+        if (node->count) springls__ray_try_leaf(&search, node);
+        else springls__ray_descend(&search, node);
+    }
+    return search.best;
 }
 
 /* ======== >>query  (src/output/query.h) ======================================================================== */
@@ -13763,7 +14260,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&q, 0, sizeof q);
     q.ctx = ctx;
     q.points = points;
@@ -13779,7 +14276,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     q.ctx = ctx;
     q.points = origins;
     q.directions = directions;
@@ -14001,7 +14498,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
-        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
+        slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
                                    springls__float_bits(p[2] + 0.0f)) & (size - 1);
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
@@ -14019,7 +14516,7 @@ SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, in
     for (i = 0; i < corners; i++) neighbors[i] = -1;
     for (i = 0; i < corners; i++) {
         int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
         for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
             int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
             if ((c == a && d == b) || (c == b && d == a)) break;
@@ -14093,11 +14590,11 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
 }
 
 /* ======== >>mesh_measure  (src/model/mesh_measure.h) =========================================================== */
-/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+/* mesh_measure.h - measures an indexed triangle mesh, and counts its faults. Allocates nothing. */
 
 typedef struct springls__mesh_report {
-    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
-                                  does it mean something                                                        */
+    double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
+                                  unbalanced edges                                                              */
     double area;
     float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
     int vertices;              /* in use                                                                        */
@@ -14112,7 +14609,7 @@ typedef struct springls__mesh_report {
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
 
-/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
+/* Returns in v the vertices of triangle t, and true if it is valid: indices in range, coordinates finite. */
 SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
 {
     int i, c;
@@ -14208,7 +14705,7 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
 /* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
-/* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
+/* Welded marching cubes: voxel positions and triangles. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions;
     int *triangles, vertex_count, triangle_count;
@@ -14217,23 +14714,27 @@ typedef struct springls__raw_mesh {
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
     size_t corners;
     memset(mesh, 0, sizeof *mesh);
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks * SPRINGLS__CUBES, sizeof(springls__cube), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)bricks, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)ctx->model.grid.slot_count, sizeof(int), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)bricks * SPRINGLS__CUBE_ROWS, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, springls__no_job());
-    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
-    SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cubes, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, triangles_before, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertices_before, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_rank, ctx->model.grid.slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, row_triangles, (size_t)bricks * SPRINGLS__CUBE_ROWS));
+    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(triangles_before), bricks, &mesh->triangle_count));
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(vertices_before), bricks, &mesh->vertex_count));
     if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
     corners = 3 * (size_t)mesh->triangle_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
-    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__job_of(mesh->triangle_count));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
-    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    args.surface.triangles = mesh->triangle_count;
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions), (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
 }
 
 /* The arrays of a mesh, in one block. */
@@ -14277,13 +14778,13 @@ typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh;
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    void *const *found = job->ctx->model.scratch;
+    const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
-        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
-        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);
-        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[2])[begin], job->mesh->correspondences + 3 * begin);
+        springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
+        springls__voxel_to_world(job->ctx, springls__surface_positions(model)[begin], job->mesh->positions + 3 * begin);
+        springls__voxel_to_world(job->ctx, springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = ((const int *)found[3])[begin];
+        job->mesh->springls[begin] = springls__vertex_springl(model)[begin];
     }
 }
 
@@ -14295,13 +14796,13 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, vertices, sizeof(springls__v3), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, vertices, sizeof(springls__v3), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, vertices, sizeof(int), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, springls__no_job());
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH1, vertices * sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH2, vertices * sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH3, vertices * sizeof(int)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
+    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
     SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
@@ -14361,8 +14862,6 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
 {
     springls__raw_mesh raw;
     springls__mesh_report report;
-    int32_t *parent;
-    uint64_t *sides;
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
@@ -14370,10 +14869,11 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_sides, (size_t)raw.triangle_count * 3));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
     springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
-    springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count, parent, sides, &report);
+    springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
+                           springls__mesh_parent(&ctx->model), springls__mesh_sides(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
@@ -14453,7 +14953,7 @@ typedef struct springls__snapshot_state {
 /* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
 typedef enum springls__section {
     SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_SYNCED_POSITION + 1,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
     SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
     SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
     SPRINGLS__SECTION_PHI,
@@ -14634,7 +15134,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     memcpy(out + sizeof head, s, sizeof *s);
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors,
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
@@ -14860,7 +15360,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
-    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
@@ -14902,7 +15402,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
     if (s->has_neighbors && s->count)
-        memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
+        memcpy(ctx->model.cells.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
                (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     if (s->locked)
         memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
@@ -15079,7 +15579,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 693 \"springls.h\"\n",
+    "#line 699 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -15176,7 +15676,160 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1476 \"springls.h\"\n",
+    "#line 1482 \"springls.h\"\n",
+    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */\n",
+    "\n",
+    "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
+    "\n",
+    "/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */\n",
+    "typedef struct springls__insert_arguments { int count; } springls__insert_arguments;\n",
+    "\n",
+    "/* fit_new_springls: the number of the first new springl. */\n",
+    "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
+    "\n",
+    "/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
+    "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
+    "\n",
+    "/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */\n",
+    "typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;\n",
+    "\n",
+    "/* omega_constant: omega in the two constant bricks. */\n",
+    "typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;\n",
+    "\n",
+    "/* omega_forget. all: 1 forgets the omega of every brick. */\n",
+    "typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;\n",
+    "\n",
+    "/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */\n",
+    "typedef struct springls__color_arguments { int color; } springls__color_arguments;\n",
+    "\n",
+    "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
+    "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
+    "\n",
+    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */\n",
+    "typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;\n",
+    "\n",
+    "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
+    "typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;\n",
+    "\n",
+    "/* grow: width of the blocks, 4, 2 or 1. */\n",
+    "typedef struct springls__grow_arguments { int block; } springls__grow_arguments;\n",
+    "\n",
+    "/* surface: triangles in all. */\n",
+    "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
+    "\n",
+    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;\n",
+    "\n",
+    "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
+    "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
+    "\n",
+    "/* bricks_add: chunks of the top table, and how many slots are free. */\n",
+    "typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;\n",
+    "\n",
+    "/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */\n",
+    "typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;\n",
+    "\n",
+    "typedef union springls__arguments {\n",
+    "    springls__contract_arguments contract;\n",
+    "    springls__insert_arguments insert;\n",
+    "    springls__fit_arguments fit;\n",
+    "    springls__edge_arguments edge;\n",
+    "    springls__exposure_arguments exposure;\n",
+    "    springls__omega_constant_arguments omega_constant;\n",
+    "    springls__omega_forget_arguments omega_forget;\n",
+    "    springls__color_arguments commit_simple;\n",
+    "    springls__project_arguments project;\n",
+    "    springls__resolve_arguments resolve;\n",
+    "    springls__grow_line_arguments grow_line;\n",
+    "    springls__grow_arguments grow;\n",
+    "    springls__surface_arguments surface;\n",
+    "    springls__chunk_arguments chunk;\n",
+    "    springls__brick_flag_arguments brick_flag;\n",
+    "    springls__brick_add_arguments brick_add;\n",
+    "    springls__brick_list_arguments brick_list;\n",
+    "} springls__arguments;\n",
+    "#line 1555 \"springls.h\"\n",
+    "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
+    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a\n",
+    "   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "\n",
+    "/* Lists the roles that kernels use. */\n",
+    "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
+    "    /* what several stages build on the way */                                                                                   \\\n",
+    "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
+    "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
+    "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
+    "    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
+    "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
+    "    /* advect */                                                                                                                 \\\n",
+    "    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \\\n",
+    "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
+    "    X(is_moving, uint8_t, 2)                                                                                                     \\\n",
+    "    /* relax */                                                                                                                  \\\n",
+    "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
+    "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
+    "    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \\\n",
+    "    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \\\n",
+    "    /* resample */                                                                                                               \\\n",
+    "    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \\\n",
+    "    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \\\n",
+    "    /* keep_edges */                                                                                                             \\\n",
+    "    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \\\n",
+    "    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \\\n",
+    "    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \\\n",
+    "    /* fill_gaps: from springls */                                                                                               \\\n",
+    "    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \\\n",
+    "    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \\\n",
+    "    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \\\n",
+    "    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \\\n",
+    "    /* fill_gaps: from the zero level */                                                                                         \\\n",
+    "    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \\\n",
+    "    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \\\n",
+    "    /* omega */                                                                                                                  \\\n",
+    "    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \\\n",
+    "    /* project */                                                                                                                \\\n",
+    "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
+    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \\\n",
+    "    /* rebuild */                                                                                                                \\\n",
+    "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
+    "    /* unsigned_to_signed */                                                                                                     \\\n",
+    "    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \\\n",
+    "    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \\\n",
+    "    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \\\n",
+    "    /* the isosurface */                                                                                                         \\\n",
+    "    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \\\n",
+    "    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \\\n",
+    "    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \\\n",
+    "    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \\\n",
+    "    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \\\n",
+    "    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \\\n",
+    "    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \\\n",
+    "    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \\\n",
+    "    X(vertex_correspondence, springls__v3, 2)                                                                                    \\\n",
+    "    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */\n",
+    "\n",
+    "/* Lists the roles that only host code uses. */\n",
+    "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
+    "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
+    "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
+    "    X(block_motions, struct springls__block_motion, 1)                                                                           \\\n",
+    "    /* rebuild, moving the band */                                                                                               \\\n",
+    "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
+    "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
+    "    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \\\n",
+    "    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \\\n",
+    "    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \\\n",
+    "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
+    "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
+    "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
+    "    /* volume_lock */                                                                                                            \\\n",
+    "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
+    "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
+    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \\\n",
+    "    /* output */                                                                                                                 \\\n",
+    "    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \\\n",
+    "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
+    "#line 1637 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -15188,6 +15841,8 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
     "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
     "  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))\n",
+    "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
+    "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
     "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
@@ -15224,6 +15879,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__LOCAL\n",
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
+    "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
     "  /* Never called: on the host it is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
@@ -15249,7 +15905,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1550 \"springls.h\"\n",
+    "#line 1714 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
@@ -15265,7 +15921,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1567 \"springls.h\"\n",
+    "#line 1731 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15280,7 +15936,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1583 \"springls.h\"\n",
+    "#line 1747 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15404,7 +16060,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1707 \"springls.h\"\n",
+    "#line 1871 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -15430,7 +16086,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1734 \"springls.h\"\n",
+    "#line 1898 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -15577,7 +16233,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 1882 \"springls.h\"\n",
+    "#line 2046 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15592,7 +16248,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 1897 \"springls.h\"\n",
+    "#line 2061 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15716,13 +16372,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2021 \"springls.h\"\n",
+    "#line 2185 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2028 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15734,7 +16390,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2040 \"springls.h\"\n",
+    "#line 2204 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15749,7 +16405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2056 \"springls.h\"\n",
+    "#line 2220 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15793,7 +16449,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2100 \"springls.h\"\n",
+    "#line 2264 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15808,7 +16464,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2115 \"springls.h\"\n",
+    "#line 2279 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15852,7 +16508,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2159 \"springls.h\"\n",
+    "#line 2323 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -15924,7 +16580,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2231 \"springls.h\"\n",
+    "#line 2395 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15939,7 +16595,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2247 \"springls.h\"\n",
+    "#line 2411 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15998,7 +16654,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2306 \"springls.h\"\n",
+    "#line 2470 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16013,7 +16669,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2321 \"springls.h\"\n",
+    "#line 2485 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -16072,30 +16728,109 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2381 \"springls.h\"\n",
+    "#line 2545 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "\n",
+    "/* ---- the arrays of a model ----\n",
+    "   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:\n",
+    "   X(NAME, element type, elements that belong together, struct of the model, member). */\n",
+    "\n",
+    "/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */\n",
+    "#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \\\n",
+    "    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \\\n",
+    "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
+    "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
+    "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
+    "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
+    "    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \\\n",
+    "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
+    "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
+    "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
+    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \\\n",
+    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */\n",
+    "\n",
+    "/* Lists what a grid has for each slot. */\n",
+    "#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \\\n",
+    "    X(SLOT_BRICK, int, 1, grid, slot_brick)         /* slot -> brick; -1: free or constant                                    */ \\\n",
+    "    X(ACTIVE, int, 1, grid, active)                 /* slots in use by ascending brick: the order of every loop over bricks   */ \\\n",
+    "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
+    "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
+    "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\\\n",
+    "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
+    "\n",
+    "/* Lists what a grid has. */\n",
+    "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
+    "\n",
+    "/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */\n",
+    "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
+    "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
+    "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
+    "    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */\n",
+    "#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \\\n",
+    "    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \\\n",
+    "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
+    "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
+    "\n",
+    "/* Lists what a device needs to move springls by itself (advect.h). */\n",
+    "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
+    "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
+    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
+    "\n",
+    "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
+    "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
+    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \\\n",
+    "    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \\\n",
+    "    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])\n",
+    "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
+    "    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \\\n",
+    "    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \\\n",
+    "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
+    "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
+    "    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */\n",
+    "\n",
+    "/* Lists all arrays. */\n",
+    "#define SPRINGLS__ARRAYS(X)                                                                                                      \\\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \\\n",
+    "    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \\\n",
+    "    SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \\\n",
+    "    SPRINGLS__DEVICE_ARRAYS(X)\n",
+    "\n",
+    "typedef enum springls__array {\n",
+    "#define SPRINGLS__ARRAY_NUMBER(name, type, block, owner, member) SPRINGLS__ARRAY_##name,\n",
+    "    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)\n",
+    "#undef SPRINGLS__ARRAY_NUMBER\n",
+    "    SPRINGLS__ARRAY_COUNT\n",
+    "} springls__array;\n",
+    "\n",
+    "#define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;\n",
+    "\n",
+    "/* ---- the structs of a model ---- */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
     "typedef struct springls__constellation {\n",
-    "    SPRINGLS__GLOBAL springls__springl *s;\n",
-    "    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */\n",
-    "    SPRINGLS__GLOBAL uint32_t *id;\n",
-    "    SPRINGLS__GLOBAL uint32_t *generation;\n",
-    "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
-    "    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */\n",
-    "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
-    "    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */\n",
-    "    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */\n",
-    "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
-    "    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */\n",
-    "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
-    "    uint32_t next_id, step; /* step: of the model, modulo 2^30 */\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "    int count, at_edges;    /* at_edges: how many lie at a sharp edge   */\n",
+    "    uint32_t next_id, step; /* step: of the model, modulo 2^30          */\n",
     "} springls__constellation;\n",
+    "\n",
+    "/* All of one springl. */\n",
+    "typedef struct springls__record {\n",
+    "#define SPRINGLS__RECORD_MEMBER(name, type, block, owner, member) type member;\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__RECORD_MEMBER)\n",
+    "#undef SPRINGLS__RECORD_MEMBER\n",
+    "} springls__record;\n",
     "\n",
     "/* Kinds of springls: springls_kind of the interface. */\n",
     "#define SPRINGLS__KIND_ORIGINAL 0u\n",
     "#define SPRINGLS__KIND_SPLIT 1u\n",
     "#define SPRINGLS__KIND_FILLED 2u\n",
+    "\n",
+    "/* What is done with a springl, or with a seed of one. */\n",
+    "#define SPRINGLS__REMOVE 0\n",
+    "#define SPRINGLS__KEEP 1\n",
+    "#define SPRINGLS__RESHAPE 2\n",
+    "#define SPRINGLS__UNDECIDED 3\n",
     "\n",
     "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
     "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
@@ -16108,39 +16843,29 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */\n",
     "\n",
     "typedef struct springls__grid {\n",
-    "    int size[3];                        /* voxels                                                               */\n",
-    "    int bricks[3];                      /* of the top table                                                     */\n",
-    "    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */\n",
-    "    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */\n",
-    "    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */\n",
-    "    SPRINGLS__GLOBAL int *free_slots;\n",
+    "    int size[3];            /* voxels                                                                */\n",
+    "    int bricks[3];          /* of the top table                                                      */\n",
+    "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
-    "    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */\n",
-    "    SPRINGLS__GLOBAL float *phi_next;\n",
-    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */\n",
-    "    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */\n",
-    "    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */\n",
+    "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "} springls__grid;\n",
     "\n",
-    "/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */\n",
+    "/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */\n",
     "typedef struct springls__cell_list {\n",
-    "    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */\n",
-    "    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */\n",
-    "    SPRINGLS__GLOBAL uint32_t *brick_list_ids;\n",
-    "    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */\n",
-    "    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */\n",
-    "    float bounding_radius;                         /* of the springls that are in cells                                 */\n",
+    "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "    float bounding_radius;  /* the largest of the springls that are in cells                         */\n",
     "    int large_count;\n",
     "} springls__cell_list;\n",
     "\n",
-    "/* Forces that kernels can take by themselves (advect.h). */\n",
+    "/* Forces that kernels evaluate by themselves (advect.h). */\n",
     "struct springls__force_rule;\n",
-    "typedef struct springls__forces_here {\n",
-    "    SPRINGLS__GLOBAL struct springls__force_rule *rule;\n",
-    "    SPRINGLS__GLOBAL float *pressure, *velocity, *user;\n",
-    "} springls__forces_here;\n",
+    "typedef struct springls__force_arrays { SPRINGLS__FORCE_ARRAYS(SPRINGLS__ARRAY_MEMBER) } springls__force_arrays;\n",
     "\n",
-    "#define SPRINGLS__SCRATCHES 8\n",
+    "typedef struct springls__work_arrays {\n",
+    "    SPRINGLS__GLOBAL void *scratch[8];\n",
+    "    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
+    "} springls__work_arrays;\n",
     "\n",
     "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
     "#define SPRINGLS__ROWS 64\n",
@@ -16160,52 +16885,21 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
     "    springls__grid grid;\n",
-    "    springls__grid reference;           /* phi_ref: top table and phi only                                      */\n",
+    "    springls__grid reference;      /* phi_ref: top table and phi only                                       */\n",
     "    springls__cell_list cells;\n",
-    "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
-    "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
-    "    springls__forces_here force;        /* what moves it, where no callback does                                */\n",
-    "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
-    "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
-    "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
-    "    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */\n",
-    "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
+    "    springls__force_arrays force;  /* what moves the springls where no callback does                        */\n",
+    "    springls__work_arrays work;\n",
     "    springls__group group;\n",
     "    springls_params params;\n",
     "} springls__model;\n",
     "\n",
-    "/* All arrays: name, element, elements that belong together, place in the model. */\n",
-    "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
-    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \\\n",
-    "    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \\\n",
-    "    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
-    "    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \\\n",
-    "    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \\\n",
-    "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
-    "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
-    "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \\\n",
-    "    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \\\n",
-    "    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \\\n",
-    "    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \\\n",
-    "    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \\\n",
-    "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
-    "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
-    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \\\n",
-    "    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \\\n",
-    "    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \\\n",
-    "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
-    "    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
-    "\n",
-    "/* All of a springl, on its way to another place. */\n",
-    "typedef struct springls__packed {\n",
-    "    springls__springl s;\n",
-    "    springls__v3 a, synced_position;\n",
-    "    uint32_t id, generation;\n",
-    "    int32_t component;\n",
-    "    float phi;\n",
-    "    uint32_t mask, edge, parent, birth;\n",
-    "} springls__packed;\n",
-    "#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)\n",
+    "/* Makes the accessor of a role: its elements in working memory (scratch.h). */\n",
+    "#define SPRINGLS__ROLE_ACCESSOR(role, type, number)                                                                              \\\n",
+    "    SPRINGLS__MATHS SPRINGLS__GLOBAL type *springls__##role(const springls__model *model)                                        \\\n",
+    "    {                                                                                                                            \\\n",
+    "        return (SPRINGLS__GLOBAL type *)model->work.scratch[number];                                                             \\\n",
+    "    }\n",
+    "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -16236,42 +16930,71 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
     "\n",
-    "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
+    "SPRINGLS__MATHS springls__record springls__record_load(const springls__model *model, int i)\n",
+    "{\n",
+    "    springls__record record;\n",
+    "#define SPRINGLS__LOAD_MEMBER(name, type, block, owner, member) record.member = model->owner.member[i];\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__LOAD_MEMBER)\n",
+    "#undef SPRINGLS__LOAD_MEMBER\n",
+    "    return record;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i, springls__record record)\n",
+    "{\n",
+    "#define SPRINGLS__STORE_MEMBER(name, type, block, owner, member) model->owner.member[i] = record.member;\n",
+    "    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__STORE_MEMBER)\n",
+    "#undef SPRINGLS__STORE_MEMBER\n",
+    "}\n",
+    "\n",
+    "/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */\n",
+    "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
+    "{\n",
+    "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
+    "    record->component = -1;\n",
+    "    record->phi = 0.0f;\n",
+    "    record->synced_position = record->s.p;\n",
+    "}\n",
+    "\n",
+    "/* Stores a new springl in place i, at or beyond `count`. */\n",
     "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
     "{\n",
-    "    model->set.s[i] = s;\n",
-    "    model->set.a[i] = a;\n",
-    "    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    model->set.generation[i] = generation;\n",
-    "    model->set.mask[i] = mask;\n",
-    "    model->set.component[i] = -1;\n",
-    "    model->set.edge[i] = 0;\n",
-    "    model->set.parent[i] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);\n",
-    "    model->set.phi[i] = 0.0f;\n",
-    "    model->set.synced_position[i] = s.p;\n",
+    "    springls__record record;\n",
+    "    record.s = s;\n",
+    "    record.a = a;\n",
+    "    record.generation = generation;\n",
+    "    record.mask = mask;\n",
+    "    record.edge = 0;\n",
+    "    record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);\n",
+    "    springls__record_renew(model, i, &record);\n",
+    "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
     "/* phi has been made to follow the springls. */\n",
-    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
     "/* To SCRATCH7: how far a particle has come since then, squared. */\n",
-    "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));\n",
+    "    (void)args;\n",
+    "    springls__synced_distance2(model)[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));\n",
     "}\n",
     "\n",
-    "/* The model's numbers, as kernels are given them. */\n",
+    "/* Lists the numbers of a model that kernels are given besides its arrays: X(type, name, place in the model). */\n",
+    "#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \\\n",
+    "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
+    "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
+    "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
+    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "\n",
     "typedef struct springls__shape {\n",
-    "    int size[3], bricks[3], springls, at_edges;\n",
-    "    uint32_t next_id, step;\n",
-    "    int active_count, free_count, slot_count, large_count;\n",
-    "    float far_value, reference_far_value, bounding_radius;\n",
+    "    int size[3], bricks[3];\n",
+    "#define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;\n",
+    "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)\n",
+    "#undef SPRINGLS__NUMBER_MEMBER\n",
     "} springls__shape;\n",
     "\n",
     "SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)\n",
@@ -16282,17 +17005,9 @@ static const char *const springls__kernel_lines[] = {
     "        shape.size[axis] = model->grid.size[axis];\n",
     "        shape.bricks[axis] = model->grid.bricks[axis];\n",
     "    }\n",
-    "    shape.springls = model->set.count;\n",
-    "    shape.at_edges = model->set.at_edges;\n",
-    "    shape.next_id = model->set.next_id;\n",
-    "    shape.step = model->set.step;\n",
-    "    shape.active_count = model->grid.active_count;\n",
-    "    shape.free_count = model->grid.free_count;\n",
-    "    shape.slot_count = model->grid.slot_count;\n",
-    "    shape.large_count = model->cells.large_count;\n",
-    "    shape.far_value = model->grid.far_value;\n",
-    "    shape.reference_far_value = model->reference.far_value;\n",
-    "    shape.bounding_radius = model->cells.bounding_radius;\n",
+    "#define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;\n",
+    "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)\n",
+    "#undef SPRINGLS__READ_NUMBER\n",
     "    return shape;\n",
     "}\n",
     "\n",
@@ -16303,19 +17018,11 @@ static const char *const springls__kernel_lines[] = {
     "        model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];\n",
     "        model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];\n",
     "    }\n",
-    "    model->set.count = shape.springls;\n",
-    "    model->set.at_edges = shape.at_edges;\n",
-    "    model->set.next_id = shape.next_id;\n",
-    "    model->set.step = shape.step;\n",
-    "    model->grid.active_count = shape.active_count;\n",
-    "    model->grid.free_count = shape.free_count;\n",
-    "    model->grid.slot_count = shape.slot_count;\n",
-    "    model->cells.large_count = shape.large_count;\n",
-    "    model->grid.far_value = shape.far_value;\n",
-    "    model->reference.far_value = shape.reference_far_value;\n",
-    "    model->cells.bounding_radius = shape.bounding_radius;\n",
+    "#define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;\n",
+    "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
+    "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2625 \"springls.h\"\n",
+    "#line 2840 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -16338,13 +17045,25 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
     "}\n",
     "\n",
-    "/* The first voxel of a slot's brick. */\n",
-    "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
+    "/* Finds the first voxel of a brick of the top table. */\n",
+    "SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])\n",
     "{\n",
-    "    int brick = g->slot_brick[slot];\n",
     "    origin[0] = 8 * (brick % g->bricks[0]);\n",
     "    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
     "    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
+    "{\n",
+    "    springls__brick_origin(g, g->slot_brick[slot], origin);\n",
+    "}\n",
+    "\n",
+    "/* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */\n",
+    "SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])\n",
+    "{\n",
+    "    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;\n",
+    "    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;\n",
+    "    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;\n",
     "}\n",
     "\n",
     "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
@@ -16565,13 +17284,13 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
     "}\n",
     "\n",
-    "\n",
     "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)\n",
     "{\n",
     "    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];\n",
     "}\n",
     "\n",
-    "/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */\n",
+    "/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of\n",
+    "   springls__neighbor_mask_of_row; false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
     "{\n",
     "    at[0] = origin[0] + 8 * (d % 3 - 1);\n",
@@ -16579,7 +17298,99 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2890 \"springls.h\"\n",
+    "\n",
+    "#define SPRINGLS__ALL_AROUND 0x7ffffffu\n",
+    "\n",
+    "/* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */\n",
+    "SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, int i, int j, int to[3])\n",
+    "{\n",
+    "    const int axis = d >> 1;\n",
+    "    to[axis] = at[axis] + (d & 1 ? size : -1);\n",
+    "    to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;\n",
+    "    to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;\n",
+    "}\n",
+    "\n",
+    "/* A walk over the bricks that a springl comes near. */\n",
+    "typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;\n",
+    "\n",
+    "/* Begins at the bricks within `margin` voxels of the box around a triangle. */\n",
+    "SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)\n",
+    "{\n",
+    "    springls__brick_walk walk;\n",
+    "    springls__v3 lower = s.q[0], upper = s.q[0];\n",
+    "    int m;\n",
+    "    for (m = 1; m < 3; m++) {\n",
+    "        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));\n",
+    "        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));\n",
+    "    }\n",
+    "    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);\n",
+    "    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);\n",
+    "    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];\n",
+    "    return walk;\n",
+    "}\n",
+    "\n",
+    "/* Returns the next brick of the top table; -1 at the end. */\n",
+    "SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)\n",
+    "{\n",
+    "    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;\n",
+    "    if (walk->at[2] > walk->hi[2]) return -1;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        walk->at[axis] += 8;\n",
+    "        if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;\n",
+    "        walk->at[axis] = walk->lo[axis];\n",
+    "    }\n",
+    "    return brick;\n",
+    "}\n",
+    "\n",
+    "/* ---- bricks come and go ---- */\n",
+    "\n",
+    "/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */\n",
+    "SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)\n",
+    "{\n",
+    "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
+    "    g->slot_brick[slot] = -1;\n",
+    "    g->free_slots[place] = slot;\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of the n-th of some new bricks: one of the `free_count` free slots, the last one first, or one behind all. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int n)\n",
+    "{\n",
+    "    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;\n",
+    "}\n",
+    "\n",
+    "/* Makes a constant brick active; the slot's first voxel gets the constant. */\n",
+    "SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)\n",
+    "{\n",
+    "    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;\n",
+    "    g->slot_brick[slot] = brick;\n",
+    "    g->top[brick] = slot;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->cell + (size_t)slot * SPRINGLS__CELLS;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)\n",
+    "{\n",
+    "    int c;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */\n",
+    "SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
+    "    const float value = g->phi[first];\n",
+    "    size_t v;\n",
+    "    for (v = first; v < first + SPRINGLS__BRICK_VOXELS; v++) {\n",
+    "        g->phi[v] = g->phi_next[v] = value;\n",
+    "        g->omega[v] = -1.0f;\n",
+    "    }\n",
+    "    springls__clear_cells(springls__cells_of(g, slot));\n",
+    "}\n",
+    "#line 3209 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -16588,7 +17399,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 2899 \"springls.h\"\n",
+    "#line 3218 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16603,7 +17414,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2915 \"springls.h\"\n",
+    "#line 3234 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -16615,7 +17426,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 2927 \"springls.h\"\n",
+    "#line 3246 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16630,7 +17441,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2942 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -16642,7 +17453,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 2954 \"springls.h\"\n",
+    "#line 3273 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -16805,14 +17616,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:\n",
     "   whether it moves. */\n",
-    "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__movers at, d;\n",
     "    float d2;\n",
     "    int m, finite = 1;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
     "    d = springls__displacement_of(model, &rule, at);\n",
@@ -16823,23 +17634,23 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
     "    d2 = springls__length2(d.x[0]);\n",
-    "    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;\n",
-    "    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "    springls__displacement(model)[i] = d;\n",
+    "    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;\n",
+    "    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;\n",
     "}\n",
     "\n",
     "/* Moves springl i by its displacements in SCRATCH0. */\n",
-    "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];\n",
+    "    springls__movers d = springls__displacement(model)[i];\n",
     "    springls__springl s = model->set.s[i];\n",
     "    int m;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    s.p = springls__add(s.p, d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3475 \"springls.h\"\n",
+    "#line 3825 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16926,30 +17737,92 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
-    "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float reach_cap = 2.5f; /* twice that of a springl about to be split */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY\n",
     "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
     "}\n",
     "\n",
-    "/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */\n",
+    "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
+    "{\n",
+    "    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);\n",
+    "}\n",
+    "\n",
+    "/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where\n",
+    "   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */\n",
+    "SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)\n",
+    "{\n",
+    "    int c;\n",
+    "    cell[0] = begin;\n",
+    "    for (c = 1; c < SPRINGLS__CELLS; c++) {\n",
+    "        uint32_t count = cell[c];\n",
+    "        cell[c] = begin;\n",
+    "        begin += count;\n",
+    "    }\n",
+    "    return begin;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)\n",
+    "{\n",
+    "    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)\n",
+    "        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;\n",
+    "}\n",
+    "\n",
+    "/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where\n",
+    "   the list of active brick r begins. */\n",
+    "SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);\n",
+    "    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);\n",
+    "    int brick;\n",
+    "    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)\n",
+    "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);\n",
+    "}\n",
+    "\n",
+    "/* Puts it into those lists; entry r + 1 moves on to where the list ends. */\n",
+    "SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);\n",
+    "    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);\n",
+    "    int brick;\n",
+    "    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)\n",
+    "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)\n",
+    "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;\n",
+    "}\n",
+    "\n",
+    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */\n",
     "SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)\n",
     "{\n",
-    "    uint32_t reach = 0;\n",
+    "    uint32_t mask = 0;\n",
     "    int y, z;\n",
     "    for (z = 0; z < 4; z++)\n",
     "        for (y = 0; y < 4; y++, cell += 4)\n",
     "            if (cell[4] > cell[0])\n",
-    "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
-    "    return reach;\n",
+    "                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "    return mask;\n",
     "}\n",
-    "#line 3586 \"springls.h\"\n",
+    "\n",
+    "/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.\n",
+    "   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */\n",
+    "SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    if (i < g->active_count) {\n",
+    "        springls__slot_origin(g, g->active[i], origin);\n",
+    "        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));\n",
+    "    }\n",
+    "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
+    "    return SPRINGLS__ALL_AROUND;\n",
+    "}\n",
+    "#line 3998 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17024,12 +17897,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
+    "    (void)args;\n",
+    "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 3667 \"springls.h\"\n",
+    "#line 4079 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17091,9 +17964,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
@@ -17131,35 +18004,30 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
-    "/* What becomes of a springl. */\n",
-    "#define SPRINGLS__REMOVE 0\n",
-    "#define SPRINGLS__KEEP 1\n",
-    "#define SPRINGLS__RESHAPE 2\n",
-    "#define SPRINGLS__UNDECIDED 3\n",
-    "\n",
     "/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */\n",
-    "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
     "    *fate = SPRINGLS__KEEP;\n",
     "    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;\n",
     "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), job.f[0], job.f[1], model->params.min_area))\n",
+    "    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,\n",
+    "                                                           model->params.min_area))\n",
     "        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
     "/* A good shape about the same particle, which keeps its exact path and correspondence. */\n",
-    "SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
     "    springls__v3 area2 = springls__tri_area2(t), n;\n",
     "    float area = 0.5f * springls__length(area2);\n",
-    "    (void)job;\n",
-    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;\n",
+    "    (void)args;\n",
+    "    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;\n",
     "    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
     "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
     "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
@@ -17188,22 +18056,22 @@ static const char *const springls__kernel_lines[] = {
     "    return decided;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);\n",
     "    uint8_t now = fate[i];\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
+    "    (void)args;\n",
+    "    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
     "}\n",
     "\n",
     "/* All that are kept so far are undecided. */\n",
-    "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
-    "    (void)job;\n",
+    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    (void)args;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3842 \"springls.h\"\n",
+    "#line 4249 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17255,14 +18123,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
     "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
     "    float block[27];\n",
     "    int row, x, d;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
     "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -17276,7 +18144,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3916 \"springls.h\"\n",
+    "#line 4323 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -17302,7 +18170,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3943 \"springls.h\"\n",
+    "#line 4350 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -17371,7 +18239,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4013 \"springls.h\"\n",
+    "#line 4420 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -17493,7 +18361,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4136 \"springls.h\"\n",
+    "#line 4543 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -17546,7 +18414,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4190 \"springls.h\"\n",
+    "#line 4597 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -17562,7 +18430,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4206 \"springls.h\"\n",
+    "#line 4613 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17577,7 +18445,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4222 \"springls.h\"\n",
+    "#line 4629 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17588,7 +18456,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4233 \"springls.h\"\n",
+    "#line 4640 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17603,7 +18471,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4248 \"springls.h\"\n",
+    "#line 4655 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17614,7 +18482,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4259 \"springls.h\"\n",
+    "#line 4666 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -17713,7 +18581,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4359 \"springls.h\"\n",
+    "#line 4766 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18063,46 +18931,46 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge\n",
     "   before in SCRATCH7 ---- */\n",
     "\n",
-    "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];\n",
+    "    (void)args;\n",
+    "    springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);\n",
+    "    springls__was_at_edge(model)[i] = model->set.edge[i];\n",
     "}\n",
     "\n",
     "/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those\n",
     "   beside the ones known. */\n",
-    "SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */\n",
-    "    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
+    "    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
     "    bool suspect = false;\n",
     "    int other;\n",
     "    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
-    "        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)\n",
+    "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)\n",
     "            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
     "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;\n",
+    "    springls__edge_candidate(model)[i] = suspect;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */\n",
     "    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__sample_set crowd;\n",
     "    springls__fit_result fit;\n",
     "    springls__sides sides;\n",
     "    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */\n",
     "    int k;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    model->set.edge[i] = 0;\n",
-    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;\n",
+    "    if (!springls__edge_candidate(model)[i]) return;\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);\n",
     "    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);\n",
     "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
@@ -18110,20 +18978,20 @@ static const char *const springls__kernel_lines[] = {
     "    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);\n",
     "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
     "    model->set.edge[i] = 1;\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;\n",
+    "    springls__side_normal(model)[i] = fit.normal;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];\n",
+    "    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];\n",
     "    int m;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    if (!model->set.edge[i] || model->set.mask[i]) return;\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4770 \"springls.h\"\n",
+    "#line 5177 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18216,12 +19084,12 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4869 \"springls.h\"\n",
+    "#line 5276 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18295,20 +19163,20 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
-    "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__seed seed = springls__seed_beside(model, i);\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
+    "    (void)args;\n",
+    "    springls__seeds(model)[i] = seed;\n",
+    "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
     "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
     "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
-    "SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)\n",
+    "SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];\n",
+    "    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);\n",
     "    springls__seed seed = seeds[i];\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
@@ -18322,35 +19190,35 @@ static const char *const springls__kernel_lines[] = {
     "    return decided;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;\n",
+    "    uint8_t now = springls__seed_action(model)[i];\n",
+    "    (void)args;\n",
+    "    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;\n",
     "}\n",
     "\n",
     "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
-    "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =\n",
-    "        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "    (void)args;\n",
+    "    springls__seed_number(model)[i] =\n",
+    "        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
     "/* The first job.i[0] accepted seeds become springls. */\n",
-    "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
-    "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    springls__seed seed = springls__seeds(model)[i];\n",
+    "    uint32_t at = springls__seed_number(model)[i];\n",
     "    int n = model->set.count + (int)at;\n",
     "    springls__tri t;\n",
-    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
+    "    if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4999 \"springls.h\"\n",
+    "#line 5406 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18537,7 +19405,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5187 \"springls.h\"\n",
+    "#line 5594 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18565,10 +19433,10 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CUBES 729 /* a brick */\n",
     "\n",
     "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
-    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    uint32_t count = 0u;\n",
     "    int x, y, z, k, row;\n",
@@ -18584,7 +19452,8 @@ static const char *const springls__kernel_lines[] = {
     "            int mask = springls__mc_case(cell);\n",
     "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
     "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
+    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,\n",
+    "                                           args.exposure.covered_on_sheets)) continue;\n",
     "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
     "                count++;\n",
     "            }\n",
@@ -18594,10 +19463,10 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
-    "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
+    "    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
+    "    int at = (int)springls__exposed_count(model)[i], cube, k;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
     "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
@@ -18608,7 +19477,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
     "            if (!(exposed[cube] >> k & 1)) continue;\n",
-    "            if (at >= job.i[0]) return; /* no more room, maybe since another brick */\n",
+    "            if (at >= args.insert.count) return; /* no more room, maybe since another brick */\n",
     "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
     "            p = springls__tri_centroid(t);\n",
     "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
@@ -18617,9 +19486,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
-    "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    int first = job.i[0], n = first + i, m;\n",
+    "    int first = args.fit.first, n = first + i, m;\n",
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
@@ -18634,17 +19503,17 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5285 \"springls.h\"\n",
+    "#line 5693 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
-    "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;\n",
+    "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
     "    int in_cells = model->set.count - model->cells.large_count;\n",
     "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    o->p = s.p;\n",
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
@@ -18653,7 +19522,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];\n",
+    "    return springls__oriented_springls(model);\n",
     "}\n",
     "\n",
     "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
@@ -18896,15 +19765,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the\n",
     "   longest displacement of any. */\n",
-    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
-    "    bool carry = job.i[0] != 0, some, at_edge;\n",
+    "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
+    "    bool carry = args.project.carry != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    int row, v, o[3];\n",
@@ -18922,7 +19791,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {\n",
     "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
     "                                                 phi[v]);\n",
-    "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
+    "            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {\n",
     "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
     "                *side_unknown = 1;\n",
     "            }\n",
@@ -18947,17 +19816,17 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that\n",
     "   counts; job.i[0]: it is the last time, and who is left takes the old value. */\n",
-    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
+    "    bool some_unknown = springls__has_unknown_side(model)[i] != 0;\n",
     "    int row, v;\n",
     "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        if (some_unknown)\n",
-    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,\n",
     "                                       out + 8 * row);\n",
     "        else\n",
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
@@ -18981,11 +19850,11 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int row, x, o[3];\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
@@ -18999,7 +19868,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5651 \"springls.h\"\n",
+    "#line 6059 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -19102,26 +19971,26 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
     "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
@@ -19142,13 +20011,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Writes that of each brick to SCRATCH0. */\n",
-    "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
+    "    (void)args;\n",
+    "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 5801 \"springls.h\"\n",
+    "#line 6209 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -19176,7 +20045,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 5829 \"springls.h\"\n",
+    "#line 6237 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19191,7 +20060,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5845 \"springls.h\"\n",
+    "#line 6253 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19350,16 +20219,16 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
     "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
     "    SPRINGLS__NUM3 g[3];\n",
     "    int m;\n",
     "    for (m = 0; m < 3; m++)\n",
     "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6013 \"springls.h\"\n",
+    "#line 6421 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19374,7 +20243,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6028 \"springls.h\"\n",
+    "#line 6436 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -19533,52 +20402,52 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
     "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
     "    SPRINGLS__NUM3 g[3];\n",
     "    int m;\n",
     "    for (m = 0; m < 3; m++)\n",
     "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
-    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6196 \"springls.h\"\n",
+    "#line 6604 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
-    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];\n",
+    "    (void)args;\n",
+    "    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
     "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
     "/* Does so for springls begin, ..., end - 1, several at once. */\n",
-    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
     "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
     "    int i;\n",
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
     "        springls__vec_relax_springl(model, rule, begin);\n",
     "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
-    "            if (model->set.mask[i]) springls__relax_element(model, job, i);\n",
+    "            if (model->set.mask[i]) springls__relax_element(model, args, i);\n",
     "    }\n",
-    "    for (; begin < end; begin++) springls__relax_element(model, job, begin);\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, args, begin);\n",
     "}\n",
     "\n",
     "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
-    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    s.q[1] = s.q[2];\n",
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6233 \"springls.h\"\n",
+    "#line 6641 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -19644,33 +20513,33 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
-    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,\n",
+    "    (void)args;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model,\n",
     "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
     "                                                                                     : 0u;\n",
     "}\n",
     "\n",
     "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
-    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
+    "    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);\n",
+    "    uint32_t at = springls__split_number(model)[i];\n",
+    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
     "    halves[2u * at] = springls__child_of(model, i, 0);\n",
     "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
     "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
-    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
-    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);\n",
+    "    uint32_t at = springls__split_number(model)[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
     "    springls__half first, second;\n",
     "    int n = model->set.count + (int)at;\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
+    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
     "    first = halves[2u * at];\n",
     "    second = halves[2u * at + 1u];\n",
     "    model->set.generation[i]++;\n",
@@ -19684,7 +20553,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6340 \"springls.h\"\n",
+    "#line 6748 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -19751,16 +20620,16 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
     "   live in phi, which receives what is granted of what phi_next asks for. */\n",
-    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int colour = job.i[0], x, y, z, o[3];\n",
+    "    int color = args.commit_simple.color, x, y, z, o[3];\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (z = colour >> 2; z < 8; z += 2)\n",
-    "        for (y = colour >> 1 & 1; y < 8; y += 2)\n",
-    "            for (x = colour & 1; x < 8; x += 2) {\n",
+    "    for (z = color >> 2; z < 8; z += 2)\n",
+    "        for (y = color >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = color & 1; x < 8; x += 2) {\n",
     "                int v = x + 8 * y + 64 * z;\n",
     "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
     "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
@@ -19768,38 +20637,19 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What was not granted is taken out of phi_next. */\n",
-    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int x;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6844 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
-    "\n",
-    "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
-    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
-    "                                              float margin, int lo[3], int hi[3])\n",
-    "{\n",
-    "    springls__v3 lower, upper;\n",
-    "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
-    "    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;\n",
-    "    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;\n",
-    "    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;\n",
-    "    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;\n",
-    "    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;\n",
-    "    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;\n",
-    "    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;\n",
-    "    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;\n",
-    "    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;\n",
-    "    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;\n",
-    "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
-    "}\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
     "   and radius, comes closer than row[i]. */\n",
@@ -19826,7 +20676,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "\n",
     "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -19835,7 +20685,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
     "    int origin[3], v, y, z;\n",
     "    uint32_t k;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    (void)memory;\n",
     "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
     "    if (!unknown) return;\n",
@@ -19860,19 +20710,19 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
-    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];\n",
+    "    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;\n",
     "}\n",
     "\n",
     "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int slot = model->grid.active[i];\n",
-    "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
+    "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
+    "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6530 \"springls.h\"\n",
+    "#line 6919 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -19885,7 +20735,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
     "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -19893,7 +20743,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    float least = FLT_MAX;\n",
     "    int row, v;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
     "    SPRINGLS__BARRIER;\n",
@@ -19901,7 +20751,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
     "    if (group.item == 0)\n",
-    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -19928,11 +20778,11 @@ static const char *const springls__kernel_lines[] = {
     "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
     "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
     "   axes makes no difference to where growth ends. */\n",
-    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];\n",
-    "    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
+    "    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);\n",
+    "    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
     "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
     "    int at[3], k;\n",
     "    bool at_border, before = true, grew = false;\n",
@@ -19947,18 +20797,18 @@ static const char *const springls__kernel_lines[] = {
     "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
     "        before = background;\n",
     "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;\n",
+    "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
+    "    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;\n",
     "    int slot = g->top[i], row, v;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    (void)memory;\n",
     "    SPRINGLS__BARRIER; /* all know the slot */\n",
     "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
@@ -19981,12 +20831,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
     "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,\n",
     "                                            SPRINGLS__LOCAL float *grown)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
-    "    const int b = job.i[0], across = 8 / b;\n",
+    "    const int b = args.grow.block, across = 8 / b;\n",
     "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
@@ -20012,7 +20862,7 @@ static const char *const springls__kernel_lines[] = {
     "    grown[group.item] = grew;\n",
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
+    "    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
     "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
@@ -20044,7 +20894,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture_range;\n",
@@ -20052,7 +20902,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int y, z, row, v, o[3];\n",
     "    uint32_t k;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
@@ -20074,26 +20924,36 @@ static const char *const springls__kernel_lines[] = {
     "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
-    "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
-    "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
+    "/* ---- regions: connected foreground that no springl is near ----\n",
+    "   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most\n",
+    "   voxels around it. Members are voxels and open constant bricks. */\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)\n",
     "{\n",
     "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
     "}\n",
     "\n",
+    "/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */\n",
+    "SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)\n",
+    "{\n",
+    "    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;\n",
+    "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
+    "}\n",
+    "\n",
     "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
     "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
     "    int row, v;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    (void)memory;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 6752 \"springls.h\"\n",
+    "#line 7151 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -20112,24 +20972,13 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
-    "}\n",
-    "\n",
-    "/* How many triangles and vertices active bricks have; after the scan, those before them. */\n",
-    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)\n",
-    "{\n",
-    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)\n",
-    "{\n",
-    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];\n",
+    "    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "}\n",
     "\n",
     "/* Triangles of a brick before each of its rows of cubes. */\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)\n",
     "{\n",
-    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
+    "    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
     "}\n",
     "\n",
     "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
@@ -20246,14 +21095,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
     "   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */\n",
-    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__group group = model->group;\n",
     "    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;\n",
     "    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);\n",
     "    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    int n, x, k;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);\n",
     "    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)\n",
     "        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);\n",
@@ -20270,7 +21119,7 @@ static const char *const springls__kernel_lines[] = {
     "        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;\n",
     "    }\n",
     "    SPRINGLS__BARRIER;\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;\n",
+    "    if (group.item == 0) springls__surface_rank(model)[model->grid.active[i]] = i;\n",
     "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {\n",
     "        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];\n",
     "        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];\n",
@@ -20283,7 +21132,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
     "{\n",
     "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
-    "    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;\n",
+    "    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;\n",
     "    uint32_t seen = 0u;\n",
     "    springls__cube cube;\n",
     "    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;\n",
@@ -20300,8 +21149,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
     "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
-    "    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;\n",
+    "    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);\n",
+    "    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;\n",
     "    const int mask = springls__cube_case(cube), *o = range->origin;\n",
     "    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;\n",
     "    uint32_t seen = 0u;\n",
@@ -20319,13 +21168,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Vertices and triangles of active brick i; job.i[0]: all triangles. */\n",
-    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
     "    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
-    "    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];\n",
+    "    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)args.surface.triangles;\n",
     "    int n, x;\n",
     "    if (end == before[0]) return;\n",
     "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
@@ -20350,242 +21199,192 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
-    "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];\n",
+    "    springls__v3 x = springls__surface_positions(model)[i];\n",
     "    int nearest = springls__nearest_springl(model, x, 1.0f);\n",
-    "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
-    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
-    "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
+    "    (void)args;\n",
+    "    springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
+    "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
+    "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7019 \"springls.h\"\n",
+    "#line 7407 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
     "\n",
     "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
-    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
-    "    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \\\n",
-    "    X(move, 512, SPRINGLS__BIT(S))                                                                    \\\n",
-    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
-    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
-    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
-    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
-    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
-    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
-    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
-    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
-    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
-    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
-    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
-    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
-    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
-    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
-    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
-    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
-    "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                               \\\n",
-    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
-    "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                          \\\n",
-    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
-    "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
-    "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
-    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
-    "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                        \\\n",
-    "    X(displacement, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \\\n",
-    "    X(attach_vertex_data, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))\n",
+    "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
+    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \\\n",
+    "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
+    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
+    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
+    "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
+    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
+    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \\\n",
+    "    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \\\n",
+    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \\\n",
+    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \\\n",
+    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \\\n",
+    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
+    "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
+    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \\\n",
+    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
+    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \\\n",
+    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \\\n",
+    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \\\n",
+    "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
+    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
+    "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
+    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \\\n",
+    "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
+    "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
+    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \\\n",
+    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \\\n",
+    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \\\n",
+    "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
+    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \\\n",
+    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
     "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
-    "#define SPRINGLS__BRICK_KERNELS(X) \\\n",
-    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
-    "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \\\n",
-    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \\\n",
-    "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \\\n",
-    "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \\\n",
-    "    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \\\n",
-    "      SPRINGLS__SURFACE_FLOATS) \\\n",
-    "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)\n",
+    "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
+    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
+    "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \\\n",
+    "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
+    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \\\n",
+    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \\\n",
+    "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \\\n",
+    "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \\\n",
+    "    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \\\n",
+    "      SPRINGLS__SURFACE_FLOATS)                                                                                                  \\\n",
+    "    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
     "\n",
     "/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */\n",
-    "#define SPRINGLS__SIMD_KERNELS(X)                                                                     \\\n",
-    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
+    "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
     "   Name, and elements that a core of a processor takes at once. */\n",
-    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
-    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
-    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
-    "    X(counts_clear, 16)                                                                               \\\n",
-    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
-    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
-    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
-    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \\\n",
-    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
-    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
+    "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
+    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \\\n",
+    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \\\n",
+    "    X(counts_clear, 16)                                                                                                          \\\n",
+    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \\\n",
+    "    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \\\n",
+    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
+    "    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
+    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
+    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20441 \"springls.h\"\n",
-    "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
-    "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
+    "#line 21290 \"springls.h\"\n",
+    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items\n",
+    "   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans\n",
+    "   over chunks, and numbers are sorted within each list. */\n",
     "\n",
-    "#define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))\n",
+    "/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */\n",
     "\n",
-    "/* ---- chunks: job.i[1] elements each, of job.i[2] in all ---- */\n",
+    "SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }\n",
     "\n",
-    "SPRINGLS__MATHS int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }\n",
-    "SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }\n",
-    "\n",
-    "/* The array of numbers number `which`: scratches, then brick_list_first. */\n",
-    "SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)\n",
+    "SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)\n",
     "{\n",
-    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.brick_list_first;\n",
+    "    return springls__imin((i + 1) * chunk.size, chunk.count);\n",
     "}\n",
     "\n",
-    "/* The array of bytes number `which`: scratches, then edge. */\n",
-    "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int which)\n",
+    "/* Returns an array of numbers: a scratch array or brick_list_first. */\n",
+    "SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int array)\n",
     "{\n",
-    "    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;\n",
+    "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Returns an array of bytes: a scratch array or edge. */\n",
+    "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
     "{\n",
-    "    __global const uint *numbers = springls__numbers(model, job.i[0]);\n",
+    "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
+    "}\n",
+    "\n",
+    "/* Writes the sum of chunk i to sums[i]. */\n",
+    "SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    __global const uint *numbers = springls__numbers(model, args.chunk.array);\n",
     "    uint sum = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];\n",
-    "    model->sums[i] = sum;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += numbers[k];\n",
+    "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */\n",
-    "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */\n",
+    "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint sum = 0, one;\n",
     "    int k;\n",
-    "    for (k = 0; k < job.i[3]; k++) {\n",
-    "        one = model->sums[k];\n",
-    "        model->sums[k] = sum;\n",
+    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
+    "        one = model->work.sums[k];\n",
+    "        model->work.sums[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->counts[i] = sum;\n",
+    "    model->work.counts[i] = sum;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Replaces each number of chunk i by the sum of those before it. */\n",
+    "SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global uint *numbers = springls__numbers(model, job.i[0]);\n",
-    "    uint sum = model->sums[i], one;\n",
+    "    __global uint *numbers = springls__numbers(model, args.chunk.array);\n",
+    "    uint sum = model->work.sums[i], one;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {\n",
     "        one = numbers[k];\n",
     "        numbers[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* How many bytes are job.f[0]. */\n",
-    "SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Counts the bytes of chunk i that are args.chunk.value. */\n",
+    "SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global const uchar *bytes = springls__bytes(model, job.i[0]);\n",
+    "    __global const uchar *bytes = springls__bytes(model, args.chunk.array);\n",
     "    uint sum = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;\n",
-    "    model->sums[i] = sum;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;\n",
+    "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Finds the largest float of chunk i, at least 0. */\n",
+    "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global const float *values = (__global const float *)model->scratch[job.i[0]];\n",
+    "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);\n",
-    "    ((__global float *)model->sums)[i] = largest;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);\n",
+    "    ((__global float *)model->work.sums)[i] = largest;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
-    "    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->sums)[k]);\n",
-    "    ((__global float *)model->counts)[i] = largest;\n",
+    "    for (k = 0; k < args.chunk.chunks; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);\n",
+    "    ((__global float *)model->work.counts)[i] = largest;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    model->counts[i] = 0u;\n",
+    "    (void)args;\n",
+    "    model->work.counts[i] = 0u;\n",
     "}\n",
     "\n",
-    "/* ---- springls by cells (section 4.8) ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    int c;\n",
-    "    (void)job;\n",
-    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
-    "}\n",
-    "\n",
-    "/* counts: of missing bricks, the largest reach, of large springls. */\n",
-    "SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    uint key = model->cells.key[i];\n",
-    "    (void)job;\n",
-    "    if (key == SPRINGLS__MISSING_KEY) {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->counts));\n",
-    "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));\n",
-    "    } else {\n",
-    "        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));\n",
-    "        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */\n",
-    "SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    uint sum = 0, one;\n",
-    "    int c;\n",
-    "    (void)job;\n",
-    "    for (c = 1; c < SPRINGLS__CELLS; c++) {\n",
-    "        one = cell[c];\n",
-    "        cell[c] = sum;\n",
-    "        sum += one;\n",
-    "    }\n",
-    "    ((__global uint *)model->scratch[0])[i] = sum;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
-    "    uint base = ((__global const uint *)model->scratch[0])[i];\n",
-    "    int c;\n",
-    "    (void)job;\n",
-    "    cell[0] = base;\n",
-    "    for (c = 1; c < SPRINGLS__CELLS; c++) cell[c] += base;\n",
-    "}\n",
-    "\n",
-    "/* Entry c + 1 moves on to where cell c ends. */\n",
-    "SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    uint key = model->cells.key[i];\n",
-    "    (void)job;\n",
-    "    if (key != SPRINGLS__LARGE_KEY) model->cells.ids[atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key))] = (uint)i;\n",
-    "}\n",
-    "\n",
-    "/* Ascending, by gaps that shrink. */\n",
+    "/* Sorts numbers ascending, by gaps that shrink. */\n",
     "SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)\n",
     "{\n",
     "    uint gap = 1, i, k, id;\n",
@@ -20598,288 +21397,267 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    (void)args;\n",
+    "    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));\n",
+    "}\n",
+    "\n",
+    "/* Counts springl i: in counts[0] when its brick is missing, in counts[2] when it is large, else in its cell; the largest bounding\n",
+    "   radius goes to counts[1], for floats above 0 are ordered as their bits are. */\n",
+    "SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint key = model->cells.key[i];\n",
+    "    (void)args;\n",
+    "    if (key == SPRINGLS__MISSING_KEY) {\n",
+    "        SPRINGLS__NEXT(model->work.counts);\n",
+    "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
+    "        SPRINGLS__NEXT(model->work.counts + 2);\n",
+    "    } else {\n",
+    "        springls__count_in_cell(model, i);\n",
+    "        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */\n",
+    "SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
     "    int c;\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__put_in_cell(model, i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
+    "    int c;\n",
+    "    (void)args;\n",
     "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
+    "    (void)args;\n",
+    "    springls__large_number(model)[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;\n",
+    "    (void)args;\n",
+    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[springls__large_number(model)[i]] = (uint)i;\n",
     "}\n",
     "\n",
-    "/* ---- bricks: those flagged are to be active ---- */\n",
+    "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
     "\n",
-    "/* job.i[0]: those that are stay so. */\n",
-    "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
+    "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)\n",
+    "SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)\n",
     "{\n",
-    "    atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);\n",
+    "    atomic_or((volatile __global uint *)(model->work.brick_flag + brick), 1u);\n",
     "}\n",
     "\n",
-    "/* Bricks that particles have come to. */\n",
-    "SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    springls__v3 p = model->set.s[i].p;\n",
-    "    (void)job;\n",
-    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
-    "    springls__mark(model, springls__cell_coordinate(p.x, model->grid.size[0]), springls__cell_coordinate(p.y, model->grid.size[1]),\n",
-    "                   springls__cell_coordinate(p.z, model->grid.size[2]));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__mark_neighbors(const springls__model *model, const int origin[3], uint reach)\n",
+    "/* Marks bricks around the one at `origin`. */\n",
+    "SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint mask)\n",
     "{\n",
     "    int d, at[3];\n",
-    "    for (d = 0; d < 27 && reach; d++)\n",
-    "        if ((reach >> d & 1u) && springls__brick_around(&model->grid, origin, d, at)) springls__mark(model, at[0], at[1], at[2]);\n",
+    "    for (d = 0; d < 27 && mask; d++)\n",
+    "        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))\n",
+    "            springls__mark(model, springls__brick_at(&model->grid, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
-    "/* Bricks within one cell of the particles of an active brick, or of a large springl. */\n",
-    "SPRINGLS__MATHS void springls__mark_around_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Marks the brick that particle i has come to. */\n",
+    "SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int origin[3];\n",
-    "    springls__v3 p;\n",
-    "    (void)job;\n",
-    "    if (i < model->grid.active_count) {\n",
-    "        springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "        springls__mark_neighbors(model, origin, springls__cells_neighbor_mask(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));\n",
-    "        return;\n",
-    "    }\n",
-    "    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;\n",
-    "    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;\n",
-    "    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;\n",
-    "    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;\n",
-    "    springls__mark_neighbors(model, origin, 0x7ffffffu);\n",
+    "    (void)args;\n",
+    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
+    "    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);\n",
+    "    springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));\n",
     "}\n",
     "\n",
-    "/* Bricks that the band of an active one reaches (SCRATCH0). */\n",
-    "SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int origin[3];\n",
-    "    (void)job;\n",
+    "    uint mask = springls__bricks_to_cover(model, i, origin);\n",
+    "    (void)args;\n",
+    "    springls__mark_around(model, origin, mask);\n",
+    "}\n",
+    "\n",
+    "/* Marks the bricks that the band of active brick i reaches. */\n",
+    "SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    (void)args;\n",
     "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "    springls__mark_neighbors(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
+    "    springls__mark_around(model, origin, springls__band_mask(model)[i]);\n",
     "}\n",
     "\n",
-    "/* Bricks within the band of a springl. */\n",
-    "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Marks the bricks within the band of springl i. */\n",
+    "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    int lo[3], hi[3], x, y, z;\n",
-    "    (void)job;\n",
-    "    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);\n",
-    "    for (z = lo[2]; z <= hi[2]; z++)\n",
-    "        for (y = lo[1]; y <= hi[1]; y++)\n",
-    "            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);\n",
+    "    springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);\n",
+    "    int brick;\n",
+    "    (void)args;\n",
+    "    while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);\n",
     "}\n",
     "\n",
-    "/* Chunks of all bricks: sums of those that go, come, and are active then. */\n",
-    "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */\n",
+    "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint gone = 0, come = 0, active = 0;\n",
+    "    uint dropped = 0, added = 0, active = 0;\n",
     "    int b;\n",
-    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
-    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->brick_flag[b] != 0u;\n",
-    "        gone += there && !wanted ? 1u : 0u;\n",
-    "        come += wanted && !there ? 1u : 0u;\n",
+    "    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {\n",
+    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0u;\n",
+    "        dropped += there && !wanted ? 1u : 0u;\n",
+    "        added += wanted && !there ? 1u : 0u;\n",
     "        active += wanted ? 1u : 0u;\n",
     "    }\n",
-    "    model->sums[3 * i] = gone;\n",
-    "    model->sums[3 * i + 1] = come;\n",
-    "    model->sums[3 * i + 2] = active;\n",
+    "    model->work.sums[3 * i] = dropped;\n",
+    "    model->work.sums[3 * i + 1] = added;\n",
+    "    model->work.sums[3 * i + 2] = active;\n",
     "}\n",
     "\n",
-    "/* One of the three (i): sums of the chunks before; of all to counts[i]. */\n",
-    "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */\n",
+    "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint sum = 0, one;\n",
     "    int k;\n",
-    "    for (k = 0; k < job.i[3]; k++) {\n",
-    "        one = model->sums[3 * k + i];\n",
-    "        model->sums[3 * k + i] = sum;\n",
+    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
+    "        one = model->work.sums[3 * k + i];\n",
+    "        model->work.sums[3 * k + i] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->counts[i] = sum;\n",
+    "    model->work.counts[i] = sum;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint place = (uint)model->grid.free_count + model->sums[3 * i];\n",
-    "    int b, slot;\n",
-    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;\n",
+    "    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {\n",
     "        slot = model->grid.top[b];\n",
-    "        if (slot < SPRINGLS__FIRST_SLOT || model->brick_flag[b]) continue;\n",
-    "        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
-    "        model->grid.slot_brick[slot] = -1;\n",
-    "        model->grid.free_slots[place++] = slot;\n",
+    "        if (slot >= SPRINGLS__FIRST_SLOT && !model->work.brick_flag[b]) springls__drop_brick(&model->grid, slot, place++);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */\n",
-    "SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Gives new bricks their slots and lists all that are active now. */\n",
+    "SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;\n",
-    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
-    "        if (!model->brick_flag[b]) continue;\n",
-    "        slot = g->top[b];\n",
-    "        if (slot < SPRINGLS__FIRST_SLOT) {\n",
-    "            int inside = slot == SPRINGLS__INSIDE;\n",
-    "            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];\n",
-    "            model->new_slots[come++] = slot;\n",
-    "            g->slot_brick[slot] = b;\n",
-    "            g->top[b] = slot;\n",
-    "            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;\n",
+    "    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;\n",
+    "    for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {\n",
+    "        if (!model->work.brick_flag[b]) continue;\n",
+    "        if (g->top[b] < SPRINGLS__FIRST_SLOT) {\n",
+    "            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);\n",
+    "            model->work.new_slots[n++] = slot;\n",
+    "            springls__add_brick(g, b, slot);\n",
     "        }\n",
-    "        g->active[place++] = slot;\n",
+    "        g->active[place++] = g->top[b];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* A new brick goes on with the constant it had. */\n",
-    "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    size_t slot = (size_t)model->new_slots[i];\n",
-    "    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];\n",
-    "    int v;\n",
-    "    (void)job;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
-    "        model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
-    "        model->grid.phi_next[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
-    "        model->grid.omega[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = -1.0f; /* unknown */\n",
-    "    }\n",
-    "    for (v = 0; v < SPRINGLS__CELLS; v++) model->grid.cell[slot * SPRINGLS__CELLS + (size_t)v] = 0u;\n",
+    "    (void)args;\n",
+    "    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);\n",
     "}\n",
     "\n",
-    "/* ---- springls by bricks they come near: job.f[0] is the margin ---- */\n",
+    "/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */\n",
     "\n",
-    "SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;\n",
+    "    (void)args;\n",
+    "    springls__brick_rank(model)[model->grid.active[i]] = (uint)i;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    model->cells.brick_list_first[i] = 0u;\n",
     "}\n",
     "\n",
-    "/* Counts springl i in every brick that it comes near, or puts it there. */\n",
-    "SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, float margin, int i, int put)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int lo[3], hi[3], x, y, z;\n",
-    "    springls__springl_bricks(g, &model->set.s[i], margin, lo, hi);\n",
-    "    for (z = lo[2]; z <= hi[2]; z++)\n",
-    "        for (y = lo[1]; y <= hi[1]; y++)\n",
-    "            for (x = lo[0]; x <= hi[0]; x++) {\n",
-    "                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];\n",
-    "                uint rank;\n",
-    "                if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
-    "                rank = ((__global const uint *)model->scratch[0])[slot];\n",
-    "                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;\n",
-    "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));\n",
-    "            }\n",
+    "    springls__count_in_brick_lists(model, args.brick_list.margin, i);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 0); }\n",
-    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 1); }\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_cursor_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    springls__brick_lists_cursor(model)[i] = model->cells.brick_list_first[i];\n",
+    "    springls__put_in_brick_lists(model, args.brick_list.margin, i);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint first = model->cells.brick_list_first[i];\n",
-    "    (void)job;\n",
+    "    (void)args;\n",
     "    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);\n",
     "}\n",
     "\n",
-    "/* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */\n",
+    "/* ---- springls that stay: springls__constellation_compact ---- */\n",
     "\n",
-    "SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)job;\n",
-    "    ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;\n",
+    "    (void)args;\n",
+    "    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Moves springls by way of a spare copy: where one goes another may not have left yet. */\n",
+    "SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];\n",
-    "    (void)job;\n",
-    "    if (!((__global const uchar *)model->scratch[1])[i]) return;\n",
-    "    to->s = model->set.s[i];\n",
-    "    to->a = model->set.a[i];\n",
-    "    to->synced_position = model->set.synced_position[i];\n",
-    "    to->id = model->set.id[i];\n",
-    "    to->generation = model->set.generation[i];\n",
-    "    to->component = model->set.component[i];\n",
-    "    to->phi = model->set.phi[i];\n",
-    "    to->mask = model->set.mask[i];\n",
-    "    to->edge = model->set.edge[i];\n",
-    "    to->parent = model->set.parent[i];\n",
-    "    to->birth = model->set.birth[i];\n",
+    "    (void)args;\n",
+    "    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)\n",
+    "        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global const springls__packed *from = (__global const springls__packed *)model->spare + i;\n",
-    "    (void)job;\n",
-    "    model->set.s[i] = from->s;\n",
-    "    model->set.a[i] = from->a;\n",
-    "    model->set.synced_position[i] = from->synced_position;\n",
-    "    model->set.id[i] = from->id;\n",
-    "    model->set.generation[i] = from->generation;\n",
-    "    model->set.component[i] = from->component;\n",
-    "    model->set.phi[i] = from->phi;\n",
-    "    model->set.mask[i] = (uchar)from->mask;\n",
-    "    model->set.edge[i] = (uchar)from->edge;\n",
-    "    model->set.parent[i] = from->parent;\n",
-    "    model->set.birth[i] = from->birth;\n",
+    "    (void)args;\n",
+    "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
-    "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
+    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region after the\n",
+    "   other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any order: minima\n",
+    "   and sums of integers.\n",
     "\n",
-    "/* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----\n",
-    "   Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a\n",
-    "   smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */\n",
+    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of each: a\n",
+    "   smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
     "\n",
     "typedef struct springls__regions {\n",
     "    const springls__model *model;\n",
     "    __global int *label;\n",
-    "    __global int *votes; /* of roots: voxels around their region that are outside less those inside (in phi_next's place) */\n",
-    "    int voxels;          /* numbers of voxels; those from here on are bricks */\n",
+    "    __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */\n",
+    "    int voxels;          /* numbers of voxels; bricks have those from here on                                                  */\n",
+    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the bricks of the top table */\n",
     "} springls__regions;\n",
     "\n",
     "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
     "{\n",
     "    springls__regions r;\n",
     "    r.model = model;\n",
-    "    r.label = (__global int *)model->scratch[1];\n",
+    "    r.label = springls__region_label(model);\n",
     "    r.votes = (__global int *)model->grid.phi_next;\n",
     "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
+    "    r.rows = model->grid.active_count * SPRINGLS__ROWS;\n",
     "    return r;\n",
     "}\n",
     "\n",
-    "/* The first voxel of row `row` of all active bricks' rows, and where it lies. */\n",
+    "/* Returns the number of a row's first voxel; finds where it lies. */\n",
     "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
     "{\n",
     "    int slot = g->active[row / SPRINGLS__ROWS];\n",
@@ -20891,29 +21669,31 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
     "{\n",
-    "    __global const uint8_t *state = (__global const uint8_t *)model->scratch[2];\n",
-    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
+    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
-    "/* Elements here: rows of the active bricks, then bricks of the top table. */\n",
-    "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "/* ---- begin: every node has its own label, but neighbours along a row share one ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
-    "    int rows = model->grid.active_count * SPRINGLS__ROWS, first, v, at[3];\n",
-    "    (void)job;\n",
-    "    if (i >= rows) {\n",
-    "        r.label[r.voxels + i - rows] = springls__open_brick(model, i - rows) ? r.voxels + i - rows : -1;\n",
+    "    int first, v, at[3];\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) {\n",
+    "        r.label[r.voxels + i - r.rows] = springls__open_brick(model, i - r.rows) ? r.voxels + i - r.rows : -1;\n",
     "        return;\n",
     "    }\n",
     "    first = springls__row_at(&model->grid, i, at);\n",
-    "    for (v = first; v < first + 8; v++) { /* neighbours along the row are joined at once */\n",
-    "        bool member = springls__unsettled(model, (size_t)v);\n",
+    "    for (v = first; v < first + 8; v++) {\n",
+    "        bool member = springls__in_region(model, (size_t)v);\n",
     "        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;\n",
     "        r.votes[v] = 0;\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* The root of n as far as it is known: others join meanwhile. */\n",
+    "/* ---- join: neighbours get one root ---- */\n",
+    "\n",
+    "/* Returns the root of n as far as it is known: other work items join meanwhile. */\n",
     "SPRINGLS__MATHS int springls__region_root(__global int *label, int n)\n",
     "{\n",
     "    int next = atomic_or(&label[n], 0);\n",
@@ -20929,14 +21709,14 @@ static const char *const springls__kernel_lines[] = {
     "    a = springls__region_root(label, a);\n",
     "    b = springls__region_root(label, b);\n",
     "    while (a != b) {\n",
-    "        int high = springls__imax(a, b), low = springls__imin(a, b), was = atomic_min(&label[high], low);\n",
-    "        if (was == high) return;\n",
-    "        a = springls__region_root(label, was); /* somebody else was faster: what high was joined to is joined */\n",
+    "        int high = springls__imax(a, b), low = springls__imin(a, b), before = atomic_min(&label[high], low);\n",
+    "        if (before == high) return;\n",
+    "        a = springls__region_root(label, before); /* another item was faster: join what it has joined */\n",
     "        b = springls__region_root(label, low);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* The node at a voxel of the domain, or -1. */\n",
+    "/* Returns the node at a voxel of the domain, or -1. */\n",
     "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
     "{\n",
     "    const springls__grid *g = &r->model->grid;\n",
@@ -20945,118 +21725,133 @@ static const char *const springls__kernel_lines[] = {
     "    brick = springls__brick_at(g, x, y, z);\n",
     "    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;\n",
     "    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
-    "    return springls__unsettled(r->model, (size_t)v) ? v : -1;\n",
+    "    return springls__in_region(r->model, (size_t)v) ? v : -1;\n",
     "}\n",
     "\n",
-    "/* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */\n",
-    "SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Joins an open constant brick with those before it along each axis. */\n",
+    "SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int brick)\n",
+    "{\n",
+    "    const springls__grid *g = &r->model->grid;\n",
+    "    int axis, stride = 1, node = r->voxels + brick;\n",
+    "    if (!springls__open_brick(r->model, brick)) return;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        bool first = brick / stride % g->bricks[axis] == 0;\n",
+    "        if (!first && springls__open_brick(r->model, brick - stride)) springls__region_unite(r->label, node, node - stride);\n",
+    "        stride *= g->bricks[axis];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Joins the members of a row with the nodes beyond face d of it: voxels before it, and constant bricks on all sides. */\n",
+    "SPRINGLS__MATHS void springls__join_row(const springls__regions *r, const int at[3], int d)\n",
+    "{\n",
+    "    int x, beside = -1;\n",
+    "    for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
+    "        int place[3], to[3], n, before = beside;\n",
+    "        place[0] = at[0] + x;\n",
+    "        place[1] = at[1];\n",
+    "        place[2] = at[2];\n",
+    "        springls__voxel_at_face(place, 1, d, 0, 0, to);\n",
+    "        n = springls__region_node(r, place[0], place[1], place[2]);\n",
+    "        beside = n < 0 ? -1 : springls__region_node(r, to[0], to[1], to[2]);\n",
+    "        if (beside < 0 || before >= 0 || ((d & 1) && beside < r->voxels)) continue; /* once a run of members, and once a pair */\n",
+    "        springls__region_unite(r->label, n, beside);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
-    "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], d, x;\n",
-    "    (void)job;\n",
-    "    if (i >= rows) {\n",
-    "        int brick = i - rows, stride = 1;\n",
-    "        if (!springls__open_brick(model, brick)) return;\n",
-    "        for (d = 0; d < 3; d++) {\n",
-    "            bool first = brick / stride % model->grid.bricks[d] == 0;\n",
-    "            int n = r.voxels + brick;\n",
-    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, n, n - stride);\n",
-    "            stride *= model->grid.bricks[d];\n",
-    "        }\n",
+    "    int at[3], d;\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) {\n",
+    "        springls__join_brick(&r, i - r.rows);\n",
     "        return;\n",
     "    }\n",
     "    springls__row_at(&model->grid, i, at);\n",
-    "    for (d = 0; d < 6; d++) {\n",
-    "        int axis = d >> 1, by = d & 1 ? 1 : -1, beside = -1, to[3];\n",
-    "        to[1] = at[1] + (axis == 1 ? by : 0);\n",
-    "        to[2] = at[2] + (axis == 2 ? by : 0);\n",
-    "        for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
-    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), before = beside;\n",
-    "            to[0] = at[0] + x + (axis == 0 ? by : 0);\n",
-    "            beside = n < 0 ? -1 : springls__region_node(&r, to[0], to[1], to[2]);\n",
-    "            if (beside < 0 || before >= 0 || (by > 0 && beside < r.voxels)) continue; /* once a run, and once a pair */\n",
-    "            springls__region_unite(r.label, n, beside);\n",
-    "        }\n",
-    "    }\n",
+    "    for (d = 0; d < 6; d++) springls__join_row(&r, at, d);\n",
     "}\n",
     "\n",
-    "/* What a voxel beside a region says. */\n",
-    "SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, int y, int z)\n",
+    "/* ---- vote: the voxels around the members of a region are added up at its root ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    size_t v;\n",
     "    int slot;\n",
     "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
     "    slot = springls__slot_at(g, x, y, z);\n",
-    "    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture_range) return 0;\n",
-    "    return g->phi[v] > 0.0f ? 1 : -1;\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT) return 0;\n",
+    "    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));\n",
     "}\n",
     "\n",
-    "/* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */\n",
-    "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)\n",
+    "/* Adds the votes around some members to their root; a root that is a brick has no voxel, and no votes. */\n",
+    "SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, int votes)\n",
     "{\n",
-    "    springls__regions r = springls__regions_of(model);\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int rows = g->active_count * SPRINGLS__ROWS, at[3], d, v, k, n, root = -1, votes = 0;\n",
-    "    (void)job;\n",
-    "    if (i >= rows) {\n",
-    "        int brick = i - rows;\n",
-    "        if (!springls__open_brick(model, brick)) return;\n",
-    "        root = springls__region_root(r.label, r.voxels + brick);\n",
-    "        at[0] = 8 * (brick % g->bricks[0]);\n",
-    "        at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
-    "        at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
-    "        for (d = 0; d < 6; d++)\n",
-    "            for (k = 0; k < 64; k++) {\n",
-    "                int to[3], axis = d >> 1;\n",
-    "                to[axis] = at[axis] + (d & 1 ? 8 : -1);\n",
-    "                to[(axis + 1) % 3] = at[(axis + 1) % 3] + k % 8;\n",
-    "                to[(axis + 2) % 3] = at[(axis + 2) % 3] + k / 8;\n",
-    "                votes += springls__region_vote(model, to[0], to[1], to[2]);\n",
-    "            }\n",
-    "        if (root < r.voxels && votes != 0) atomic_add(&r.votes[root], votes);\n",
-    "        return;\n",
-    "    }\n",
-    "    n = springls__row_at(g, i, at);\n",
-    "    for (v = 0; v <= 8; v++) { /* run by run */\n",
-    "        int label = v < 8 ? r.label[n + v] : -1;\n",
+    "    if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int brick)\n",
+    "{\n",
+    "    int at[3], to[3], d, k, votes = 0;\n",
+    "    if (!springls__open_brick(r->model, brick)) return;\n",
+    "    springls__brick_origin(&r->model->grid, brick, at);\n",
+    "    for (d = 0; d < 6; d++)\n",
+    "        for (k = 0; k < 64; k++) {\n",
+    "            springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);\n",
+    "            votes += springls__vote_at(r->model, to[0], to[1], to[2]);\n",
+    "        }\n",
+    "    springls__add_votes(r, springls__region_root(r->label, r->voxels + brick), votes);\n",
+    "}\n",
+    "\n",
+    "/* Adds up a row run by run of members: they have one root. */\n",
+    "SPRINGLS__MATHS void springls__vote_of_row(const springls__regions *r, int row)\n",
+    "{\n",
+    "    int at[3], first = springls__row_at(&r->model->grid, row, at), x, d, root = -1, votes = 0;\n",
+    "    for (x = 0; x <= 8; x++) {\n",
+    "        int label = x < 8 ? r->label[first + x] : -1;\n",
     "        if (label < 0) {\n",
-    "            if (root >= 0 && votes != 0) atomic_add(&r.votes[root], votes);\n",
+    "            springls__add_votes(r, root, votes);\n",
     "            root = -1;\n",
     "            votes = 0;\n",
     "            continue;\n",
     "        }\n",
-    "        if (root < 0) root = springls__region_root(r.label, label);\n",
+    "        if (root < 0) root = springls__region_root(r->label, label);\n",
     "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__region_vote(model, at[0] + v + d, at[1], at[2])\n",
-    "                   + springls__region_vote(model, at[0] + v, at[1] + d, at[2])\n",
-    "                   + springls__region_vote(model, at[0] + v, at[1], at[2] + d);\n",
+    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2]) + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
+    "                   + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Regions with more voxels of the outside around them are outside. */\n",
-    "SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
-    "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], n, v, root = -1;\n",
-    "    (void)job;\n",
-    "    if (i >= rows) {\n",
-    "        if (!springls__open_brick(model, i - rows)) return;\n",
-    "        root = springls__region_root(r.label, r.voxels + i - rows);\n",
-    "        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - rows] = SPRINGLS__OUTSIDE;\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) springls__vote_of_brick(&r, i - r.rows);\n",
+    "    else springls__vote_of_row(&r, i);\n",
+    "}\n",
+    "\n",
+    "/* ---- resolve: regions with more voxels of the outside around them are outside ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int at[3], first, v, root = -1;\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) {\n",
+    "        if (!springls__open_brick(model, i - r.rows)) return;\n",
+    "        root = springls__region_root(r.label, r.voxels + i - r.rows);\n",
+    "        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - r.rows] = SPRINGLS__OUTSIDE;\n",
     "        return;\n",
     "    }\n",
-    "    n = springls__row_at(&model->grid, i, at);\n",
-    "    for (v = n; v < n + 8; v++) {\n",
+    "    first = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = first; v < first + 8; v++) {\n",
     "        root = r.label[v] < 0 ? -1 : root >= 0 ? root : springls__region_root(r.label, v);\n",
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
-    "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
-    "#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;\n",
+    "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
+    "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
     "\n",
     "#define SPRINGLS__BEGIN(first)                                                                                                   \\\n",
     "    springls__model model;                                                                                                       \\\n",
@@ -21068,23 +21863,23 @@ static const char *const springls__kernel_lines[] = {
     "/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */\n",
     "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__job job, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                                \\\n",
     "    {                                                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
     "        model.group = springls__alone();                                                                                         \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                  \\\n",
     "    }\n",
     "\n",
     "/* ... or a work group. */\n",
     "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__job job, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                                \\\n",
     "    {                                                                                                                            \\\n",
     "        __local float memory[floats];                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
     "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
     "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i, memory);                                          \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                          \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
@@ -21152,12 +21947,13 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Bricks active in either; the list is in SCRATCH2. */
+/* Makes the bricks active that are active in either. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
     const springls__grid *g = &ctx->model.grid;
     int i, count = 0, bricks = (int)springls__brick_count(g), *list;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    list = springls__brick_list(&ctx->model);
     for (i = 0; i < bricks; i++)
         if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
     return springls__grid_add_bricks(ctx, list, count);
@@ -21258,12 +22054,13 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 
 /* ---- springls ---- */
 
-/* Which of a model's springls stay, to its SCRATCH1; returns how many. */
+/* Finds which of a model's springls stay (its contract_action), and how many. */
 SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
     uint8_t *fate;
     int i;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
+    fate = springls__contract_action(&ctx->model);
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
         fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
         *staying += fate[i] == SPRINGLS__KEEP;
@@ -21271,22 +22068,19 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
-                                         const springls__side_rule *rule, bool turn)
+/* Turns a triangle round: its normal points the other way. */
+SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
 {
-    const springls__constellation *set = &other->model.set;
-    springls__springl s = springls__pull_to_surface(rule, set->s[j]);
-    uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
-    int i, k, n;
-    if (turn) {
-        springls__v3 q = s.q[1];
-        s.q[1] = s.q[2];
-        s.q[2] = q;
-    }
-    n = springls__constellation_append(ctx, &s, set->a[j], set->generation[j], set->mask[j]);
-    ctx->model.set.birth[n] = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (birth & 3u);
-    ctx->model.set.edge[n] = set->edge[j];
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
+/* Copies the values of springl j for the attributes that both models have; others are 0. */
+SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
+{
+    int i, k;
     for (i = 0; i < ctx->attribute_count; i++) {
         const springls__attribute *attribute = &ctx->attributes[i];
         size_t bytes = (size_t)attribute->channels * sizeof(float);
@@ -21296,6 +22090,22 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
         else
             memset(springls__attribute_row(attribute, n), 0, bytes);
     }
+}
+
+/* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
+                                               const springls__side_rule *rule, bool turn)
+{
+    springls__record record = springls__record_load(&other->model, j);
+    uint32_t age = other->model.set.step - (record.birth >> 2);
+    int n = ctx->model.set.count;
+    record.s = springls__pull_to_surface(rule, record.s);
+    if (turn) record.s = springls__turned_round(record.s);
+    record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
+    springls__record_renew(&ctx->model, n, &record);
+    springls__record_store(&ctx->model, n, record);
+    springls__constellation_added(ctx, 1);
+    springls__copy_other_values(ctx, n, other, j);
 }
 
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -21317,7 +22127,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
+        if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
@@ -21501,7 +22311,8 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     const float close = 0.15f;
     int i, m, count = ctx->model.set.count;
     uint8_t *fate;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, (void **)&fate));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
+    fate = springls__contract_action(&ctx->model);
     for (i = 0; i < count; i++) {
         springls__springl *s = &ctx->model.set.s[i];
         springls__v3 moved;

@@ -22,6 +22,7 @@
 #include "../model/indexed_mesh.h"
 #include "../model/mesh_distance.h"
 #include "../model/transform.h"
+#include "../model/winding_number.h"
 #include "../stages/fill_gaps.h"
 #include "../stages/keep_edges.h"
 #include "../stages/rebuild.h"
@@ -109,7 +110,7 @@ SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
 {
     const springls__v3 x = m->point[i];
     size_t mask = m->table_size - 1;
-    size_t slot = springls__mesh_hash(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
+    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
     for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
         springls__v3 other = m->point[m->table[slot]];
         if (other.x == x.x && other.y == x.y && other.z == x.z) break;
@@ -177,7 +178,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     for (h = 0; h < 3 * m->count; h++) {
         int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
         springls__mesh_edge *edge;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 0u) & mask;
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
         while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
             slot = (slot + 1) & mask;
         if (m->table[slot] < 0) {

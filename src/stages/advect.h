@@ -232,9 +232,10 @@ SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
                                                                                      : 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
-    SPRINGLS__TRY(
-        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
+    job->blocks = springls__block_motions(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
@@ -301,8 +302,8 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
     SPRINGLS__TRY(
@@ -311,9 +312,9 @@ SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
-    job->moved = springls__sqrt(springls__largest(ctx, 1, count));
-    job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
+    job->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    job->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
     if (!(job->moved < 1e9f)) job->moved = -1.0f;
     return ctx->backend_status;
 }
@@ -323,8 +324,8 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     SPRINGLS__TRY(springls__motion_times(job));
-    SPRINGLS__TRY(
-        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    job->displacement = springls__displacement(&ctx->model);
     job->blocks = NULL;
     if (ctx->on_device && springls__device_can_displace(job)) {
         springls_status status = springls__displace_on_device(job);
@@ -354,7 +355,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
     ctx->stats.largest_displacement = job->moved;
     ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);

@@ -25,7 +25,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
         SPRINGLS__TRY(springls__omega_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
     case SPRINGLS__EVOLVE_PHI:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
     case SPRINGLS__EVOLVE_COMMIT:
     default:
