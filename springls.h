@@ -6725,15 +6725,15 @@ SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
 SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 {
     int edge = springls__longest_edge(t);
-    springls__tri turned = t, half;
+    springls__tri turned = t, child;
     springls__v3 middle;
     if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
     if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
     middle = springls__lerp(turned.a, turned.b, 0.5f);
-    half.a = second ? middle : turned.a;
-    half.b = second ? turned.b : middle;
-    half.c = turned.c;
-    return half;
+    child.a = second ? middle : turned.a;
+    child.b = second ? turned.b : middle;
+    child.c = turned.c;
+    return child;
 }
 
 /* Half of a springl that is split. */
@@ -20670,15 +20670,15 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
     "{\n",
     "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, half;\n",
+    "    springls__tri turned = t, child;\n",
     "    springls__v3 middle;\n",
     "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
     "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
     "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    half.a = second ? middle : turned.a;\n",
-    "    half.b = second ? turned.b : middle;\n",
-    "    half.c = turned.c;\n",
-    "    return half;\n",
+    "    child.a = second ? middle : turned.a;\n",
+    "    child.b = second ? turned.b : middle;\n",
+    "    child.c = turned.c;\n",
+    "    return child;\n",
     "}\n",
     "\n",
     "/* Half of a springl that is split. */\n",
