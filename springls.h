@@ -1490,7 +1490,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */
+/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
 /* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
@@ -2860,8 +2860,8 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
 /* ======== >>grid:kernel  (kernels_embed/model/grid.h) ========================================================== */
 /* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
 
-   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object
-   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
+   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the
+   object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
@@ -2951,7 +2951,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, u, v, w);
 }
 
-/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */
+/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
+   axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float c = springls__grid_sample(g, phi, x);
@@ -3463,8 +3464,8 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
-   whether it moves. */
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+   moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
@@ -3488,7 +3489,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
 }
 
-/* Moves springl i by its displacements in SCRATCH0. */
+/* Moves springl i by its displacements. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__movers d = springls__displacement(model)[i];
@@ -3862,8 +3863,8 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
-/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is
-   listed in `large` instead, so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
+   is listed in `large` instead, so that one huge triangle does not widen every search. */
 
 /* Returns the cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
@@ -3948,7 +3949,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
-/* Finds the cell of particle i, counted through all slots. */
+/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
@@ -3956,7 +3957,7 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
     (void)args;
     if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
@@ -4142,7 +4143,8 @@ SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, fl
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
-/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */
+/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
+   `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
@@ -4159,8 +4161,8 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
-/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot
-   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
+   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.6f, aside = 1.0f; /* voxels */
@@ -4175,8 +4177,8 @@ SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls
     return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
 }
 
-/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far
-   from the zero level. */
+/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are
+   far from the zero level. */
 SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
     springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
@@ -4191,9 +4193,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;
-   in front of springls left over where two bodies have merged it is inside. */
+/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
+   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front
+   of either; in front of springls left over where two bodies have merged it is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -4250,14 +4252,14 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     float area = 0.5f * springls__length(area2);
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It
-   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
+   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -4283,7 +4285,8 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
     uint8_t current = action[i];
     (void)args;
-    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;
+    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
+    springls__next_contract_action(model)[i] = current;
 }
 
 /* Makes springl i undecided unless it is removed already. */
@@ -4347,8 +4350,9 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     }
 }
 
-/* Writes phi_next of a brick from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
+/* phi_next from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
@@ -4373,7 +4377,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
 /* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
 /* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
 
-/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
 SPRINGLS__MATHS float springls__atan2(float y, float x)
 {
     float ax = springls__fabs(x), ay = springls__fabs(y);
@@ -4398,83 +4402,84 @@ SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
 }
 
 /* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
-/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
-   two of them opens, springls are missing or the surface ends. */
+/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
+   two of them is wide, springls are missing or the surface ends. */
 
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
 
 typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;             /* the tangent frame */
+    springls__v3 e1, e2;                      /* the tangent frame  */
     float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
     int count;
 } springls__angular_gaps;
 
 SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
 {
-    springls__angular_gaps fan;
-    fan.e1 = springls__any_tangent(n);
-    fan.e2 = springls__cross(n, fan.e1);
-    fan.count = 0;
-    return fan;
+    springls__angular_gaps gaps;
+    gaps.e1 = springls__any_tangent(n);
+    gaps.e2 = springls__cross(n, gaps.e1);
+    gaps.count = 0;
+    return gaps;
 }
 
-/* Adds a neighbour at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)
+/* Adds a neighbor at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
 {
-    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
     int i;
-    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;
+    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
     angle = springls__atan2(v, u);
-    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
-    fan.angle[i] = angle;
-    fan.count++;
-    return fan;
+    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
+    gaps.angle[i] = angle;
+    gaps.count++;
+    return gaps;
 }
 
-/* The two largest angles without a neighbour, and the direction that halves the largest. */
+/* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
 {
     const float turn = 6.28318531f, over_pi = 0.318309886f;
-    springls__widest_gap opening;
+    springls__widest_gap widest;
     float from, middle;
     int i;
-    opening.angle = turn;
-    opening.second = 0.0f;
-    opening.middle = fan.e1;
-    if (fan.count == 0) return opening;
-    from = fan.angle[fan.count - 1];
-    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < fan.count; i++) {
-        float angle = fan.angle[i] - fan.angle[i - 1];
-        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
-        if (angle <= opening.angle) continue;
-        opening.angle = angle;
-        from = fan.angle[i - 1];
+    widest.angle = turn;
+    widest.second = 0.0f;
+    widest.middle = gaps.e1;
+    if (gaps.count == 0) return widest;
+    from = gaps.angle[gaps.count - 1];
+    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps.count; i++) {
+        float angle = gaps.angle[i] - gaps.angle[i - 1];
+        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
+        if (angle <= widest.angle) continue;
+        widest.angle = angle;
+        from = gaps.angle[i - 1];
     }
-    middle = (from + 0.5f * opening.angle) * over_pi;
-    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
-    return opening;
+    middle = (from + 0.5f * widest.angle) * over_pi;
+    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
+                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+    return widest;
 }
 
-/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
-   two sides open, its end and a drop nearly all. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
+/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+   two wide gaps; its end and a drop leave nearly all open. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 {
     const float degree = 0.0174532925f;
-    springls__widest_gap opening = springls__angular_gaps_widest(fan);
-    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
+    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
+    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
 }
 
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
-/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence
-   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are
-   exact to third order, where copying (section 4.7) is exact to none. */
+/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as
+   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order
+   accuracy; copying (section 4.7) has none. */
 
 #define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
-#define SPRINGLS__FIT_RADIUS 2.5f
+#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
 typedef struct springls__fit {
     springls__v3 origin, e1, e2, n; /* the tangent frame */
@@ -4526,10 +4531,10 @@ SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 
     return fit;
 }
 
-/* What the fit says at its origin. */
+/* The fitted surface at the origin. */
 typedef struct springls__fit_result {
     springls__v3 point, normal, a;
-    int ok; /* 0: too few neighbours, or they lie on a line */
+    int ok; /* 0: too few neighbors, or they lie on a line */
 } springls__fit_result;
 
 /* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */
@@ -4548,7 +4553,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
             float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* relative to the weights: coordinates are at most 1 */
+                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* coordinates are at most 1 */
                 l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
@@ -4575,8 +4580,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide
-   hole, a height would be a guess: the place stays. */
+/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
+   wide hole, the height is unreliable: the place stays. */
 SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
@@ -4591,9 +4596,9 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 }
 
 /* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
-/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
 
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
 SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
@@ -4602,8 +4607,8 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float d2, reach = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        float d2, within = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
@@ -4614,34 +4619,36 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     return nearest;
 }
 
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
+/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
+   `high` above or below its tangent plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
 {
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
-    return springls__angular_gaps_widest(fan);
+    return springls__angular_gaps_widest(gaps);
 }
 
-/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
-   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
+/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
+   a voxel may break. Particles of both sides count; those right above or below have no direction. */
 SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
-    return springls__spans_sheet(fan) != 0;
+    return springls__spans_sheet(gaps) != 0;
 }
 
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
@@ -4766,8 +4773,8 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value
-   further out, beyond every distance. */
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
+   minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
@@ -4792,8 +4799,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float 
     return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
 }
 
-/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the
-   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are
+   from the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays
+   unknown. */
 SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
 {
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
@@ -4807,8 +4815,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }
 
-/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and
-   not far aside. */
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,
+   and not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
@@ -4816,22 +4824,24 @@ SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float
 }
 
 /* ======== >>keep_edges:kernel  (kernels_embed/stages/keep_edges.h) ============================================= */
-/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
-   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
-   however strong the curvature. */
+/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
+   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no
+   sides, however strong the curvature. */
 
-#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
-#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
-#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */
-#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
-#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
-#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
-#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
+#define SPRINGLS__SIDES 3             /* at most: a corner                                         */
+#define SPRINGLS__TRIES 6             /* directions tried for sides                                */
+#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
+#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
+#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
+#define SPRINGLS__NARROW 0.4f         /* voxel: see springls__find_sides                           */
+#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
+#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
+#define SPRINGLS__CONCAVE 2
 
-/* Of `count` sides; 0 or 1: no crease here. */
+/* `count` sides; 0 or 1: no crease here. */
 typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
 
-/* The side that a normal belongs to; -1: none. */
+/* Returns the side that a normal belongs to; -1: none. */
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
@@ -4845,7 +4855,7 @@ SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 
     return best;
 }
 
-/* Where the places of a side lie, in two tangent coordinates. */
+/* Moments of the places of a side in two tangent coordinates. */
 typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;
 
 SPRINGLS__MATHS springls__patch springls__patch_begin(void)
@@ -4867,7 +4877,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Their variance in the direction in which it is least. */
+/* Returns their variance in the direction in which it is least. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -4876,34 +4886,50 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
     return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
 }
 
-/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
+/* A direction, and the weight of the springls that face it. */
 typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
 
+SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)
+{
+    int j;
+    for (j = 0; j < tries; j++)
+        if (springls__dot(tried[j], n) >= SPRINGLS__APART) return true;
+    return false;
+}
+
+/* Returns the mean direction of the springls that face like number i, and their weight. */
+SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)
+{
+    springls__support support;
+    int j;
+    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+    support.weight = 0.0f;
+    for (j = 0; j < count; j++) {
+        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
+        support.weight += weight[j];
+        support.normal = springls__mad(support.normal, n[j], weight[j]);
+    }
+    support.normal = springls__normalize(support.normal);
+    return support;
+}
+
+/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */
 SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
                                                       const float *weight, int count)
 {
-    springls__support best;
-    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
+    springls__support best, support;
+    int i, stride = count / 24 + 1;
     best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
     best.weight = 0.0f;
     for (i = 0; i < count; i += stride) {
-        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float support = 0.0f;
-        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
-        if (!elsewhere) continue;
-        for (j = 0; j < count; j++) {
-            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
-            support += weight[j];
-            sum = springls__mad(sum, n[j], weight[j]);
-        }
-        if (support <= best.weight) continue;
-        best.weight = support;
-        best.normal = springls__normalize(sum);
+        if (springls__is_tried(tried, tries, n[i])) continue;
+        support = springls__support_of(i, n, weight, count);
+        if (support.weight > best.weight) best = support;
     }
     return best;
 }
 
-/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
+/* The middle of the springls of a side, and how narrow a strip they are: their least variance, voxel^2. */
 typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
 
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
@@ -4930,18 +4956,15 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
     return strip;
 }
 
-/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
-   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
-   that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
-                                                     int count, float narrow, int certain)
+/* Finds sides with a twelfth of the weight each, at least, and none a strip narrower than `narrow`: rows of triangles round a
+   thin rim are no sides. */
+SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                         int count, float narrow)
 {
-    const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
     springls__sides sides;
-    float total = 0.0f, stray = 0.0f;
-    int i, s, tries = 0;
+    float total = 0.0f;
+    int i, tries = 0;
     sides.count = 0;
     for (i = 0; i < count; i++) total += weight[i];
     while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
@@ -4954,33 +4977,59 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
         sides.middle[sides.count] = strip.middle;
         sides.normal[sides.count++] = side.normal;
     }
-    for (total = 0.0f, i = 0; i < count; i++) {
-        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
-        for (s = 0; s < sides.count; s++) {
-            float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies
-                   || (along > 0.3f
-                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
-            away = away && along < SPRINGLS__AWAY;
-        }
-        if (lies) total += weight[i];
-        else if (!away) stray += weight[i];
-    }
-    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;
     return sides;
 }
 
-/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */
+/* Returns true when a springl faces as a side does, or lies on one within `distance` (voxels), whichever of several ways it has
+   been turned. */
+SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)
+{
+    int s;
+    if (springls__side_of(*sides, n) >= 0) return true;
+    for (s = 0; s < sides->count; s++)
+        if (springls__dot(n, sides->normal[s]) > 0.3f
+            && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;
+    return false;
+}
+
+/* Returns true when a springl faces away from all sides: it is of another sheet. */
+SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls__v3 n)
+{
+    int s;
+    for (s = 0; s < sides->count; s++)
+        if (springls__dot(n, sides->normal[s]) >= SPRINGLS__AWAY) return false;
+    return true;
+}
+
+/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
+   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
+{
+    const float distance = certain ? 0.06f : 0.15f; /* voxel */
+    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
+    float on = 0.0f, stray = 0.0f;
+    int i;
+    for (i = 0; i < count; i++) {
+        if (springls__is_on_side(&sides, p[i], n[i], distance)) on += weight[i];
+        else if (!springls__faces_away(&sides, n[i])) stray += weight[i];
+    }
+    if (stray * (certain ? 12.0f : 5.0f) > on) sides.count = 0;
+    return sides;
+}
+
+/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */
 SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
 {
     springls__v3 d = springls__sub(q, p);
     return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
 }
 
-/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two
-   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */
+/* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */
 SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
 
+/* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come
+   first whose edge is of another kind than the others. */
 SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
 {
     if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
@@ -4989,11 +5038,11 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
-   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
+/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
+   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
 SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
 
-/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
+/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
 {
     springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);
@@ -5002,65 +5051,67 @@ SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, s
     return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
 }
 
-/* The springls about a place. */
+/* The springls about a place, with weights that fall with their distance. */
 typedef struct springls__sample_set {
     springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];
     float weight[SPRINGLS__SAMPLE_SET_SIZE];
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* False when it is full. */
-SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+/* Adds one; false when the set is full. */
+SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
+                                              float weight, int id)
 {
-    int i = crowd->count;
+    int i = samples->count;
     if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;
-    crowd->p[i] = p;
-    crowd->n[i] = n;
-    crowd->a[i] = a;
-    crowd->weight[i] = weight;
-    crowd->id[i] = id;
-    crowd->count++;
+    samples->p[i] = p;
+    samples->n[i] = n;
+    samples->a[i] = a;
+    samples->weight[i] = weight;
+    samples->id[i] = id;
+    samples->count++;
     return true;
 }
 
-/* narrow, certain: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)
+/* Finds the sides of a set: see springls__find_sides. */
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)
 {
-    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
+    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
 }
 
-/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */
+/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
+   set. */
 SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
-                                            springls__sample_set *crowd)
+                                            springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
     const float least = 0.3f;
     int i;
-    crowd->count = 0;
+    samples->count = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
-        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* they lie on each other: these will do */
+        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (radius < least) return; /* they lie on each other: these are enough */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
-        crowd->count = 0;
+        samples->count = 0;
     }
 }
 
-/* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,
+/* Fits the surface of one side about x, without springl `self`. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,
                                                         springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
     springls__fit_result result;
     int i;
-    for (i = 0; i < crowd->count; i++)
-        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
-            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
+    for (i = 0; i < samples->count; i++)
+        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
+            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
     if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
     if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
@@ -5069,88 +5120,117 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     return result;
 }
 
-/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
-   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
-   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,
-                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
+/* Fits the surface of every side about x; returns how many fits are good. */
+SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
+{
+    int side, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);
+        good += fit[side].ok != 0;
+    }
+    return good;
+}
+
+/* Returns the side whose fitted surface is nearest to x; of two as near the one that faces more like n. */
+SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRINGLS__SIDES], int count, springls__v3 x,
+                                           springls__v3 n)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
-    springls__fit_result fit[SPRINGLS__SIDES], result;
-    float least = FLT_MAX;
-    int side, best = -1, good = 0;
-    for (side = 0; side < sides.count; side++) {
-        float off;
-        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
+    float least = FLT_MAX, off;
+    int side, best = -1;
+    for (side = 0; side < count; side++) {
         if (!fit[side].ok) continue;
-        good++;
         off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
         if (off >= least) continue;
         least = off;
         best = side;
     }
+    return best;
+}
+
+/* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the
+   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
+   SPRINGLS__CONCAVE. */
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
+{
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);
     result.ok = good >= at_least;
     result.point = x;
     result.normal = n;
     result.a = a0;
     if (!result.ok) return result;
+    best = springls__nearest_side(fit, sides.count, x, n);
     result = fit[best];
     for (side = 0; side < sides.count; side++) {
         int convex;
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
+        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
     return result;
 }
 
-/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__sides sides;
     int i, edges = 0;
     if (model->set.at_edges == 0) return false;
-    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
-    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
+    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
+    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
     if (edges == 0) return false;
-    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);
+    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
-    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
+    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     return result->ok != 0;
 }
 
-/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
-SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)
+/* Returns the mean distance of x over one side, and the middle of that side. */
+SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,
+                                                              int side, springls__v3 x, springls__v3 *middle)
 {
-    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;
-    springls__v3 p[SPRINGLS__SIDES];
-    float height[SPRINGLS__SIDES];
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
     springls__estimate all;
-    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
+    int i;
     all.weight = all.distance = 0.0f;
-    if (sides.count == 0) return all;
+    for (i = 0; i < samples->count; i++) {
+        springls__estimate one;
+        if (springls__side_of(sides, samples->n[i]) != side) continue;
+        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);
+        all.weight += one.weight;
+        all.distance += one.weight * one.distance;
+        sum = springls__mad(sum, samples->p[i], one.weight);
+    }
+    if (all.weight < SPRINGLS__MIN_WEIGHT) return all;
+    *middle = springls__scale(sum, 1.0f / all.weight);
+    all.distance = all.distance / all.weight;
+    return all;
+}
+
+/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
+{
+    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;
+    float height[SPRINGLS__SIDES];
+    springls__estimate all, one;
+    springls__v3 p[SPRINGLS__SIDES];
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;
+    all.weight = all.distance = 0.0f;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {
-        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f, value = 0.0f;
-        for (i = 0; i < crowd->count; i++) {
-            springls__estimate say;
-            if (springls__side_of(sides, crowd->n[i]) != side) continue;
-            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
-            weight += say.weight;
-            value += say.weight * say.distance;
-            middle = springls__mad(middle, crowd->p[i], say.weight);
-        }
-        if (weight < 1e-3f) continue;
-        p[known.count] = springls__scale(middle, 1.0f / weight);
-        height[known.count] = value / weight;
+        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);
+        if (one.weight < SPRINGLS__MIN_WEIGHT) continue;
+        height[known.count] = one.distance;
         known.normal[known.count++] = sides.normal[side];
-        all.weight += weight;
+        all.weight += one.weight;
     }
     if (known.count == 0) return all;
     if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
@@ -5162,9 +5242,9 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
     return all;
 }
 
-/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
-   before in SCRATCH7 ---- */
+/* ---- the stage: springls at a crease are found, and each is turned into its side ---- */
 
+/* Notes the normal of springl i, and whether it lay at an edge before. */
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -5172,49 +5252,52 @@ SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model,
     springls__was_at_edge(model)[i] = model->set.edge[i];
 }
 
-/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
-   beside the ones known. */
-SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)
+/* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an
+   edge before. */
+SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
     SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
-    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool suspect = false;
+    bool candidate = false;
     int other;
-    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
+    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
-        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
-            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
+        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
+            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
     }
-    springls__edge_candidate(model)[i] = suspect;
+    springls__edge_candidate(model)[i] = candidate;
 }
 
+/* Finds the normal of the side that springl i is on, if it lies at an edge. */
 SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
-    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
+    const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */
+    const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__springl s = model->set.s[i];
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__fit_result fit;
     springls__sides sides;
-    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
     int k;
     (void)args;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
-    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
-    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
-    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+    springls__gather_samples(model, s.p, radius, model->set.count, &samples);
+    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
+    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
-    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
+    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,
+                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
     springls__side_normal(model)[i] = fit.normal;
 }
 
+/* Turns springl i, about its particle, into its side. */
 SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__springl s = model->set.s[i];
@@ -5256,8 +5339,8 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
     return d2;
 }
 
-/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's when
-   that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
+/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
 {
     springls__v3 n = springls__springl_normal(s);
@@ -5371,8 +5454,8 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     return weight > 0.0f ? value / weight : FLT_MAX;
 }
 
-/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the
-   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
+/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface
+   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
     const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
@@ -5548,7 +5631,7 @@ SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
 
 SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
 
-/* The case of a cube: bit c is set when corner c is inside. */
+/* Returns the case of a cube: bit c is set when corner c is inside. */
 SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 {
     int mask = 0, c;
@@ -5558,7 +5641,7 @@ SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 
 SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
 
-/* The edge that carries vertex 0, 1 or 2 of a triangle. */
+/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */
 SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 {
     return (int)springls__mc_triangles[mask][3 * triangle + vertex];
@@ -5566,7 +5649,7 @@ SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 
 SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
 
-/* The corner where an edge begins; it ends at this corner | 1 << axis. */
+/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */
 SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
 {
     int k = edge & 3;
@@ -5629,12 +5712,15 @@ SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, i
     return cell;
 }
 
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
+                                                   int edge)
 {
-    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,
+                              springls__mc_edge_crossing(cell, edge));
 }
 
-SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,
+                                                      int y, int z, int triangle)
 {
     springls__tri t;
     t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
@@ -5646,8 +5732,8 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
 /* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within
-   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
@@ -5686,7 +5772,8 @@ SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *mode
 }
 
 /* Finds the exposed triangles of active brick i, and how many they are. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
@@ -5755,7 +5842,8 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
 /* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
 
-/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
+/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+   side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
@@ -5810,8 +5898,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and
-   the normal there (0: none is near). */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
+   and its normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -5860,8 +5948,8 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;
-   offset: from the particle to the first. */
+/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
+   another sheet. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -6013,7 +6101,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */
+/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
+   springls carry phi along. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -6063,8 +6152,9 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
     }
 }
 
-/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */
-SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -6074,16 +6164,16 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,
-                                       out + 8 * row);
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,
+                                       args.resolve.last != 0, out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
     }
 }
 
-/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone
-   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into
-   a tile. */
+/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb
+   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a
+   tile. */
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
@@ -6099,7 +6189,8 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     int row, x, o[3];
@@ -6159,7 +6250,8 @@ SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL
     return springls__crosses(c, lo, hi);
 }
 
-/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their
+   neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
     springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
@@ -6261,7 +6353,7 @@ SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const flo
     return mask;
 }
 
-/* Writes that of each brick to SCRATCH0. */
+/* Finds the bricks around active brick i that the band reaches. */
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -6469,7 +6561,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
     return SPRINGLS__W(springl_finished)(s);
 }
 
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
@@ -6653,7 +6745,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
     return SPRINGLS__W(springl_finished)(s);
 }
 
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
@@ -6668,7 +6760,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -6721,7 +6813,8 @@ SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
                          springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
 }
 
-/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
+   orientation. */
 SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 {
     int edge = springls__longest_edge(t);
@@ -6835,8 +6928,9 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
     return m | (m & 0x003ffffu) << 9 | m >> 9;
 }
 
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected
-   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
 SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
@@ -6844,7 +6938,8 @@ SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
     unsigned int component = faces & (~faces + 1u), before = 0u;
     while (component != before) {
         before = component;
-        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
     }
     return faces != 0u && (faces & ~component) == 0u;
 }
@@ -6876,8 +6971,8 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
     return mask;
 }
 
-/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and
-   z). Voxels of one color are not neighbors, so they may change together, in any order. */
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
 SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -6910,8 +7005,8 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
 /* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 
-/* Lowers row[i], i = 0..7, to the distance from (x + i, y, z) to the springl of the plan, where its bounding sphere (center,
-   radius) comes closer than row[i]. */
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this
+   center and radius, comes closer than row[i]. */
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row)
 {
@@ -6968,13 +7063,14 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     }
 }
 
-/* Voxel i of the two constant bricks: job.f, outside and inside. */
+/* Sets omega at voxel i of the two constant bricks. */
 SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
+    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;
+    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;
 }
 
-/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
+/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */
 SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
 {
     int slot = model->grid.active[i];
@@ -6994,7 +7090,7 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
 
-/* To SCRATCH2, one a brick of the top table: is it blocked? */
+/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */
 SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
                                                    SPRINGLS__LOCAL float *nearest)
 {
@@ -7029,15 +7125,15 @@ SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLO
     return true;
 }
 
-/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
+/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */
 SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
 {
     return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
 }
 
-/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
-   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
-   axes makes no difference to where growth ends. */
+/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so
+   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
+   state in any order. */
 SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -7089,8 +7185,8 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
            || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
-/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
-   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
+   it has grown. A block is uniform, so one of its voxels stands for it. */
 SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
                                             SPRINGLS__LOCAL float *grown)
 {
@@ -7155,7 +7251,8 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture_range;
@@ -7216,9 +7313,10 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
 }
 
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
-/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
-   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
-   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
+/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
+   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
+   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns
+   it. */
 
 #define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
 
@@ -7229,7 +7327,7 @@ SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube
 SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
 SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
 
-/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
+/* Returns the place of cube (x, y, z), each from -1 on, among those of a brick. */
 SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
@@ -7237,7 +7335,7 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const spring
     return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;
 }
 
-/* Triangles of a brick before each of its rows of cubes. */
+/* Returns the triangles of active brick i before each of its rows of cubes. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
 {
     return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
@@ -7246,8 +7344,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const spr
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
 typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
 
-/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest
-   number. Cubes that begin before the domain belong to the bricks at its border. */
+/* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the
+   first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */
 SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
 {
     const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
@@ -7275,8 +7373,8 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     return owner;
 }
 
-/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some
-   of the rest. */
+/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in
+   other bricks, some of the rest. mask: its case. */
 SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
 {
     uint32_t own = 0u;
@@ -7299,7 +7397,7 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
     return own;
 }
 
-/* Which voxels of a row of a tile are inside, one bit each. */
+/* Returns which voxels of a row of a tile are inside, as bits. */
 SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
 {
     uint32_t signs = 0u;
@@ -7308,7 +7406,7 @@ SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row
     return signs;
 }
 
-/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
+/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
 SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
 {
     uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
@@ -7321,7 +7419,7 @@ SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, 
     return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
 }
 
-/* The case of the cube at x among them. */
+/* Returns the case of the cube at x between them. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
     uint32_t mask = 0u;
@@ -7330,10 +7428,10 @@ SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
     return (int)mask;
 }
 
-/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
+/* Floats that work items share: a tile, its signs (whole numbers), and counts of the rows of cubes: triangles, vertices. */
 #define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
 
-/* A row of cubes of active brick i; vertices are counted from the row's begin. */
+/* Counts row n of the cubes of active brick i, and fills them in; vertices are counted from the row's begin. */
 SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
                                          SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
 {
@@ -7342,7 +7440,8 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
     uint32_t row[4], triangles = 0u, vertices = 0u, own;
     int x;
     for (x = 0; x < 9; x++) cubes[x] = 0u;
-    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]
+        && springls__signs_around(signs, y, z, row))
         for (x = range->lo[0]; x <= range->hi[0]; x++) {
             int mask = springls__case_between(row, x);
             if (springls__mc_count(mask) == 0) continue;
@@ -7355,9 +7454,9 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
     rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
 }
 
-/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
-   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
 {
     const springls__group group = model->group;
     SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
@@ -7390,7 +7489,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
     }
 }
 
-/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
+/* Returns the number of a vertex that another cube owns, which numbers its vertices in the order of its triangles. */
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
@@ -7407,9 +7506,9 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
     return number;
 }
 
-/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
-SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
-                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+/* Writes the vertices that a cube owns, and its triangles from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,
+                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
     SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
     SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
@@ -7429,8 +7528,9 @@ SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const 
     }
 }
 
-/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Writes vertices and triangles of active brick i. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,
+                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
@@ -7452,7 +7552,7 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
     }
 }
 
-/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
+/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     springls__v3 a = model->set.a[springl];
@@ -7460,7 +7560,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
     return fit.ok ? fit.a : a;
 }
 
-/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
+/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
 SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__v3 x = springls__surface_positions(model)[i];
@@ -7493,7 +7593,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
     X(track, 256, SPRINGLS__BIT(A))                                                                                              \
     X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
-    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \
+    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
     X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
     X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
     X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \
@@ -10616,7 +10716,7 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
     springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
@@ -15830,7 +15930,7 @@ static const char *const springls__kernel_lines[] = {
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
     "\n",
-    "/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
+    "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
     "\n",
     "/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */\n",
@@ -17188,8 +17288,8 @@ static const char *const springls__kernel_lines[] = {
     "#line 2861 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
-    "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object\n",
-    "   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */\n",
+    "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
+    "   object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */\n",
     "\n",
     "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
     "\n",
@@ -17279,7 +17379,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, u, v, w);\n",
     "}\n",
     "\n",
-    "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */\n",
+    "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
+    "   axis. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
@@ -17562,7 +17663,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3239 \"springls.h\"\n",
+    "#line 3240 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17571,7 +17672,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3248 \"springls.h\"\n",
+    "#line 3249 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17586,7 +17687,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3264 \"springls.h\"\n",
+    "#line 3265 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17599,7 +17700,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3277 \"springls.h\"\n",
+    "#line 3278 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17614,7 +17715,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3292 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17627,7 +17728,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3305 \"springls.h\"\n",
+    "#line 3306 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17789,8 +17890,8 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:\n",
-    "   whether it moves. */\n",
+    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
+    "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
@@ -17814,7 +17915,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements in SCRATCH0. */\n",
+    "/* Moves springl i by its displacements. */\n",
     "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__movers d = springls__displacement(model)[i];\n",
@@ -17825,9 +17926,9 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3865 \"springls.h\"\n",
-    "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is\n",
-    "   listed in `large` instead, so that one huge triangle does not widen every search. */\n",
+    "#line 3866 \"springls.h\"\n",
+    "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
+    "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
     "/* Returns the cell of a voxel within its brick. */\n",
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
@@ -17912,7 +18013,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
-    "/* Finds the cell of particle i, counted through all slots. */\n",
+    "/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */\n",
     "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
@@ -17920,7 +18021,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
-    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */\n",
+    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
     "    (void)args;\n",
     "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
     "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
@@ -18000,7 +18101,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4041 \"springls.h\"\n",
+    "#line 4042 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18083,7 +18184,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4125 \"springls.h\"\n",
+    "#line 4126 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -18104,7 +18205,8 @@ static const char *const springls__kernel_lines[] = {
     "    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;\n",
     "}\n",
     "\n",
-    "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */\n",
+    "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction\n",
+    "   `toward`. */\n",
     "SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)\n",
     "{\n",
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
@@ -18121,8 +18223,8 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot\n",
-    "   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
+    "   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */\n",
     "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
     "    const float range = 1.6f, aside = 1.0f; /* voxels */\n",
@@ -18137,8 +18239,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;\n",
     "}\n",
     "\n",
-    "/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far\n",
-    "   from the zero level. */\n",
+    "/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are\n",
+    "   far from the zero level. */\n",
     "SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),\n",
@@ -18153,9 +18255,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
-    "   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;\n",
-    "   in front of springls left over where two bodies have merged it is inside. */\n",
+    "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind\n",
+    "   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front\n",
+    "   of either; in front of springls left over where two bodies have merged it is inside. */\n",
     "SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, ahead = 1.5f;\n",
@@ -18212,14 +18314,14 @@ static const char *const springls__kernel_lines[] = {
     "    float area = 0.5f * springls__length(area2);\n",
     "    (void)args;\n",
     "    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;\n",
-    "    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
+    "    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
     "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
     "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It\n",
-    "   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.\n",
+    "   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
@@ -18245,7 +18347,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);\n",
     "    uint8_t current = action[i];\n",
     "    (void)args;\n",
-    "    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;\n",
+    "    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);\n",
+    "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
     "/* Makes springl i undecided unless it is removed already. */\n",
@@ -18255,7 +18358,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4298 \"springls.h\"\n",
+    "#line 4301 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18308,8 +18411,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Writes phi_next of a brick from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)\n",
+    "/* phi_next from phi and omega. */\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
@@ -18330,10 +18434,10 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4374 \"springls.h\"\n",
+    "#line 4378 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */\n",
+    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
     "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
     "{\n",
     "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
@@ -18356,83 +18460,84 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4401 \"springls.h\"\n",
-    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
-    "   two of them opens, springls are missing or the surface ends. */\n",
+    "#line 4405 \"springls.h\"\n",
+    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
+    "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
-    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
     "\n",
     "typedef struct springls__angular_gaps {\n",
-    "    springls__v3 e1, e2;             /* the tangent frame */\n",
+    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
     "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
     "    int count;\n",
     "} springls__angular_gaps;\n",
     "\n",
     "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
     "{\n",
-    "    springls__angular_gaps fan;\n",
-    "    fan.e1 = springls__any_tangent(n);\n",
-    "    fan.e2 = springls__cross(n, fan.e1);\n",
-    "    fan.count = 0;\n",
-    "    return fan;\n",
+    "    springls__angular_gaps gaps;\n",
+    "    gaps.e1 = springls__any_tangent(n);\n",
+    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
+    "    gaps.count = 0;\n",
+    "    return gaps;\n",
     "}\n",
     "\n",
-    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)\n",
+    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
     "{\n",
-    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
+    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
     "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;\n",
+    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
     "    angle = springls__atan2(v, u);\n",
-    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
-    "    fan.angle[i] = angle;\n",
-    "    fan.count++;\n",
-    "    return fan;\n",
+    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
+    "    gaps.angle[i] = angle;\n",
+    "    gaps.count++;\n",
+    "    return gaps;\n",
     "}\n",
     "\n",
-    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
+    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
     "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
     "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
     "{\n",
     "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
-    "    springls__widest_gap opening;\n",
+    "    springls__widest_gap widest;\n",
     "    float from, middle;\n",
     "    int i;\n",
-    "    opening.angle = turn;\n",
-    "    opening.second = 0.0f;\n",
-    "    opening.middle = fan.e1;\n",
-    "    if (fan.count == 0) return opening;\n",
-    "    from = fan.angle[fan.count - 1];\n",
-    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < fan.count; i++) {\n",
-    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
-    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
-    "        if (angle <= opening.angle) continue;\n",
-    "        opening.angle = angle;\n",
-    "        from = fan.angle[i - 1];\n",
+    "    widest.angle = turn;\n",
+    "    widest.second = 0.0f;\n",
+    "    widest.middle = gaps.e1;\n",
+    "    if (gaps.count == 0) return widest;\n",
+    "    from = gaps.angle[gaps.count - 1];\n",
+    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < gaps.count; i++) {\n",
+    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
+    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
+    "        if (angle <= widest.angle) continue;\n",
+    "        widest.angle = angle;\n",
+    "        from = gaps.angle[i - 1];\n",
     "    }\n",
-    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
-    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
-    "    return opening;\n",
+    "    middle = (from + 0.5f * widest.angle) * over_pi;\n",
+    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
+    "                                   springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "    return widest;\n",
     "}\n",
     "\n",
-    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two sides open, its end and a drop nearly all. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)\n",
+    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two wide gaps; its end and a drop leave nearly all open. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
     "{\n",
     "    const float degree = 0.0174532925f;\n",
-    "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
-    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
+    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4471 \"springls.h\"\n",
-    "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
-    "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
-    "   exact to third order, where copying (section 4.7) is exact to none. */\n",
+    "#line 4476 \"springls.h\"\n",
+    "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
+    "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
+    "   accuracy; copying (section 4.7) has none. */\n",
     "\n",
     "#define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */\n",
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
-    "#define SPRINGLS__FIT_RADIUS 2.5f\n",
+    "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
     "typedef struct springls__fit {\n",
     "    springls__v3 origin, e1, e2, n; /* the tangent frame */\n",
@@ -18484,10 +18589,10 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* What the fit says at its origin. */\n",
+    "/* The fitted surface at the origin. */\n",
     "typedef struct springls__fit_result {\n",
     "    springls__v3 point, normal, a;\n",
-    "    int ok; /* 0: too few neighbours, or they lie on a line */\n",
+    "    int ok; /* 0: too few neighbors, or they lie on a line */\n",
     "} springls__fit_result;\n",
     "\n",
     "/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */\n",
@@ -18506,7 +18611,7 @@ static const char *const springls__kernel_lines[] = {
     "            float sum = fit.normal_matrix[i * (i + 1) / 2 + j];\n",
     "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
     "            if (i == j) {\n",
-    "                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* relative to the weights: coordinates are at most 1 */\n",
+    "                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* coordinates are at most 1 */\n",
     "                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);\n",
     "            } else {\n",
     "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
@@ -18533,8 +18638,8 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide\n",
-    "   hole, a height would be a guess: the place stays. */\n",
+    "/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a\n",
+    "   wide hole, the height is unreliable: the place stays. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
     "{\n",
     "    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
@@ -18547,10 +18652,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4594 \"springls.h\"\n",
-    "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
+    "#line 4599 \"springls.h\"\n",
+    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
-    "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
     "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
@@ -18559,8 +18664,8 @@ static const char *const springls__kernel_lines[] = {
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float d2, reach = radius + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        float d2, within = radius + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
@@ -18571,36 +18676,38 @@ static const char *const springls__kernel_lines[] = {
     "    return nearest;\n",
     "}\n",
     "\n",
-    "/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
+    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
+    "   `high` above or below its tangent plane. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                             float r, float high)\n",
     "{\n",
-    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
-    "    return springls__angular_gaps_widest(fan);\n",
+    "    return springls__angular_gaps_widest(gaps);\n",
     "}\n",
     "\n",
-    "/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become\n",
-    "   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */\n",
+    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
+    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
     "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
     "{\n",
     "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
-    "    return springls__spans_sheet(fan) != 0;\n",
+    "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4648 \"springls.h\"\n",
+    "#line 4655 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -18615,7 +18722,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4663 \"springls.h\"\n",
+    "#line 4670 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18630,7 +18737,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4679 \"springls.h\"\n",
+    "#line 4686 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18641,7 +18748,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4690 \"springls.h\"\n",
+    "#line 4697 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18656,7 +18763,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4705 \"springls.h\"\n",
+    "#line 4712 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18667,7 +18774,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4716 \"springls.h\"\n",
+    "#line 4723 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18721,8 +18828,8 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value\n",
-    "   further out, beyond every distance. */\n",
+    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or\n",
+    "   minus twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
@@ -18747,8 +18854,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);\n",
     "}\n",
     "\n",
-    "/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the\n",
-    "   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */\n",
+    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are\n",
+    "   from the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays\n",
+    "   unknown. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)\n",
     "{\n",
     "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
@@ -18762,30 +18870,32 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
     "}\n",
     "\n",
-    "/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and\n",
-    "   not far aside. */\n",
+    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,\n",
+    "   and not far aside. */\n",
     "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4819 \"springls.h\"\n",
-    "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
-    "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
-    "   however strong the curvature. */\n",
+    "#line 4827 \"springls.h\"\n",
+    "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
+    "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
+    "   sides, however strong the curvature. */\n",
     "\n",
-    "#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */\n",
-    "#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */\n",
-    "#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */\n",
-    "#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */\n",
-    "#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */\n",
-    "#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */\n",
-    "#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */\n",
+    "#define SPRINGLS__SIDES 3             /* at most: a corner                                         */\n",
+    "#define SPRINGLS__TRIES 6             /* directions tried for sides                                */\n",
+    "#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */\n",
+    "#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */\n",
+    "#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */\n",
+    "#define SPRINGLS__NARROW 0.4f         /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */\n",
+    "#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */\n",
+    "#define SPRINGLS__CONCAVE 2\n",
     "\n",
-    "/* Of `count` sides; 0 or 1: no crease here. */\n",
+    "/* `count` sides; 0 or 1: no crease here. */\n",
     "typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;\n",
     "\n",
-    "/* The side that a normal belongs to; -1: none. */\n",
+    "/* Returns the side that a normal belongs to; -1: none. */\n",
     "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
     "{\n",
     "    int s, best = -1;\n",
@@ -18799,7 +18909,7 @@ static const char *const springls__kernel_lines[] = {
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Where the places of a side lie, in two tangent coordinates. */\n",
+    "/* Moments of the places of a side in two tangent coordinates. */\n",
     "typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;\n",
     "\n",
     "SPRINGLS__MATHS springls__patch springls__patch_begin(void)\n",
@@ -18821,7 +18931,7 @@ static const char *const springls__kernel_lines[] = {
     "    return patch;\n",
     "}\n",
     "\n",
-    "/* Their variance in the direction in which it is least. */\n",
+    "/* Returns their variance in the direction in which it is least. */\n",
     "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
     "{\n",
     "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
@@ -18830,34 +18940,50 @@ static const char *const springls__kernel_lines[] = {
     "    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);\n",
     "}\n",
     "\n",
-    "/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */\n",
+    "/* A direction, and the weight of the springls that face it. */\n",
     "typedef struct springls__support { springls__v3 normal; float weight; } springls__support;\n",
     "\n",
+    "SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < tries; j++)\n",
+    "        if (springls__dot(tried[j], n) >= SPRINGLS__APART) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns the mean direction of the springls that face like number i, and their weight. */\n",
+    "SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)\n",
+    "{\n",
+    "    springls__support support;\n",
+    "    int j;\n",
+    "    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    support.weight = 0.0f;\n",
+    "    for (j = 0; j < count; j++) {\n",
+    "        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
+    "        support.weight += weight[j];\n",
+    "        support.normal = springls__mad(support.normal, n[j], weight[j]);\n",
+    "    }\n",
+    "    support.normal = springls__normalize(support.normal);\n",
+    "    return support;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */\n",
     "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,\n",
     "                                                      const float *weight, int count)\n",
     "{\n",
-    "    springls__support best;\n",
-    "    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */\n",
+    "    springls__support best, support;\n",
+    "    int i, stride = count / 24 + 1;\n",
     "    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    best.weight = 0.0f;\n",
     "    for (i = 0; i < count; i += stride) {\n",
-    "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "        float support = 0.0f;\n",
-    "        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;\n",
-    "        if (!elsewhere) continue;\n",
-    "        for (j = 0; j < count; j++) {\n",
-    "            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
-    "            support += weight[j];\n",
-    "            sum = springls__mad(sum, n[j], weight[j]);\n",
-    "        }\n",
-    "        if (support <= best.weight) continue;\n",
-    "        best.weight = support;\n",
-    "        best.normal = springls__normalize(sum);\n",
+    "        if (springls__is_tried(tried, tries, n[i])) continue;\n",
+    "        support = springls__support_of(i, n, weight, count);\n",
+    "        if (support.weight > best.weight) best = support;\n",
     "    }\n",
     "    return best;\n",
     "}\n",
     "\n",
-    "/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */\n",
+    "/* The middle of the springls of a side, and how narrow a strip they are: their least variance, voxel^2. */\n",
     "typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;\n",
     "\n",
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
@@ -18884,18 +19010,15 @@ static const char *const springls__kernel_lines[] = {
     "    return strip;\n",
     "}\n",
     "\n",
-    "/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower\n",
-    "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
-    "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
-    "   that it lies on, whichever of several ways it has been turned. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
-    "                                                     int count, float narrow, int certain)\n",
+    "/* Finds sides with a twelfth of the weight each, at least, and none a strip narrower than `narrow`: rows of triangles round a\n",
+    "   thin rim are no sides. */\n",
+    "SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                         int count, float narrow)\n",
     "{\n",
-    "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
     "    springls__sides sides;\n",
-    "    float total = 0.0f, stray = 0.0f;\n",
-    "    int i, s, tries = 0;\n",
+    "    float total = 0.0f;\n",
+    "    int i, tries = 0;\n",
     "    sides.count = 0;\n",
     "    for (i = 0; i < count; i++) total += weight[i];\n",
     "    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {\n",
@@ -18908,33 +19031,59 @@ static const char *const springls__kernel_lines[] = {
     "        sides.middle[sides.count] = strip.middle;\n",
     "        sides.normal[sides.count++] = side.normal;\n",
     "    }\n",
-    "    for (total = 0.0f, i = 0; i < count; i++) {\n",
-    "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
-    "        for (s = 0; s < sides.count; s++) {\n",
-    "            float along = springls__dot(n[i], sides.normal[s]);\n",
-    "            lies = lies\n",
-    "                   || (along > 0.3f\n",
-    "                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
-    "            away = away && along < SPRINGLS__AWAY;\n",
-    "        }\n",
-    "        if (lies) total += weight[i];\n",
-    "        else if (!away) stray += weight[i];\n",
-    "    }\n",
-    "    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;\n",
     "    return sides;\n",
     "}\n",
     "\n",
-    "/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
+    "/* Returns true when a springl faces as a side does, or lies on one within `distance` (voxels), whichever of several ways it has\n",
+    "   been turned. */\n",
+    "SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)\n",
+    "{\n",
+    "    int s;\n",
+    "    if (springls__side_of(*sides, n) >= 0) return true;\n",
+    "    for (s = 0; s < sides->count; s++)\n",
+    "        if (springls__dot(n, sides->normal[s]) > 0.3f\n",
+    "            && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a springl faces away from all sides: it is of another sheet. */\n",
+    "SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls__v3 n)\n",
+    "{\n",
+    "    int s;\n",
+    "    for (s = 0; s < sides->count; s++)\n",
+    "        if (springls__dot(n, sides->normal[s]) >= SPRINGLS__AWAY) return false;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a\n",
+    "   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                     int count, float narrow, int certain)\n",
+    "{\n",
+    "    const float distance = certain ? 0.06f : 0.15f; /* voxel */\n",
+    "    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);\n",
+    "    float on = 0.0f, stray = 0.0f;\n",
+    "    int i;\n",
+    "    for (i = 0; i < count; i++) {\n",
+    "        if (springls__is_on_side(&sides, p[i], n[i], distance)) on += weight[i];\n",
+    "        else if (!springls__faces_away(&sides, n[i])) stray += weight[i];\n",
+    "    }\n",
+    "    if (stray * (certain ? 12.0f : 5.0f) > on) sides.count = 0;\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
     "SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)\n",
     "{\n",
     "    springls__v3 d = springls__sub(q, p);\n",
     "    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two\n",
-    "   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */\n",
+    "/* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */\n",
     "SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }\n",
     "\n",
+    "/* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come\n",
+    "   first whose edge is of another kind than the others. */\n",
     "SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])\n",
     "{\n",
     "    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];\n",
@@ -18943,11 +19092,11 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick\n",
-    "   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */\n",
+    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
+    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
     "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
     "\n",
-    "/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */\n",
+    "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
     "{\n",
     "    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);\n",
@@ -18956,65 +19105,67 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
     "\n",
-    "/* The springls about a place. */\n",
+    "/* The springls about a place, with weights that fall with their distance. */\n",
     "typedef struct springls__sample_set {\n",
     "    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];\n",
     "    float weight[SPRINGLS__SAMPLE_SET_SIZE];\n",
     "    int id[SPRINGLS__SAMPLE_SET_SIZE], count;\n",
     "} springls__sample_set;\n",
     "\n",
-    "/* False when it is full. */\n",
-    "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)\n",
+    "/* Adds one; false when the set is full. */\n",
+    "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,\n",
+    "                                              float weight, int id)\n",
     "{\n",
-    "    int i = crowd->count;\n",
+    "    int i = samples->count;\n",
     "    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;\n",
-    "    crowd->p[i] = p;\n",
-    "    crowd->n[i] = n;\n",
-    "    crowd->a[i] = a;\n",
-    "    crowd->weight[i] = weight;\n",
-    "    crowd->id[i] = id;\n",
-    "    crowd->count++;\n",
+    "    samples->p[i] = p;\n",
+    "    samples->n[i] = n;\n",
+    "    samples->a[i] = a;\n",
+    "    samples->weight[i] = weight;\n",
+    "    samples->id[i] = id;\n",
+    "    samples->count++;\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* narrow, certain: see springls__find_sides. */\n",
-    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)\n",
+    "/* Finds the sides of a set: see springls__find_sides. */\n",
+    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)\n",
     "{\n",
-    "    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);\n",
+    "    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);\n",
     "}\n",
     "\n",
-    "/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */\n",
+    "/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the\n",
+    "   set. */\n",
     "SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
-    "                                            springls__sample_set *crowd)\n",
+    "                                            springls__sample_set *samples)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
     "    const float least = 0.3f;\n",
     "    int i;\n",
-    "    crowd->count = 0;\n",
+    "    samples->count = 0;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
     "        if (i >= known || weight <= 0.0f) continue;\n",
-    "        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
-    "        if (radius < least) return; /* they lie on each other: these will do */\n",
+    "        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
+    "        if (radius < least) return; /* they lie on each other: these are enough */\n",
     "        radius *= 0.8f;             /* too many: begin again */\n",
     "        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
-    "        crowd->count = 0;\n",
+    "        samples->count = 0;\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* One side's surface about x; springl `self` is not asked. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,\n",
+    "/* Fits the surface of one side about x, without springl `self`. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,\n",
     "                                                        springls__v3 x, springls__v3 a0, int self)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
     "    springls__fit_result result;\n",
     "    int i;\n",
-    "    for (i = 0; i < crowd->count; i++)\n",
-    "        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)\n",
-    "            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);\n",
+    "    for (i = 0; i < samples->count; i++)\n",
+    "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
+    "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
     "    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
     "    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f\n",
@@ -19023,88 +19174,117 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
-    "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
-    "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,\n",
-    "                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)\n",
+    "/* Fits the surface of every side about x; returns how many fits are good. */\n",
+    "SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
+    "                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])\n",
+    "{\n",
+    "    int side, good = 0;\n",
+    "    for (side = 0; side < sides.count; side++) {\n",
+    "        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);\n",
+    "        good += fit[side].ok != 0;\n",
+    "    }\n",
+    "    return good;\n",
+    "}\n",
+    "\n",
+    "/* Returns the side whose fitted surface is nearest to x; of two as near the one that faces more like n. */\n",
+    "SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRINGLS__SIDES], int count, springls__v3 x,\n",
+    "                                           springls__v3 n)\n",
     "{\n",
     "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
-    "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
-    "    float least = FLT_MAX;\n",
-    "    int side, best = -1, good = 0;\n",
-    "    for (side = 0; side < sides.count; side++) {\n",
-    "        float off;\n",
-    "        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);\n",
+    "    float least = FLT_MAX, off;\n",
+    "    int side, best = -1;\n",
+    "    for (side = 0; side < count; side++) {\n",
     "        if (!fit[side].ok) continue;\n",
-    "        good++;\n",
     "        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));\n",
     "        if (off >= least) continue;\n",
     "        least = off;\n",
     "        best = side;\n",
     "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the\n",
+    "   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and\n",
+    "   SPRINGLS__CONCAVE. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
+    "                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)\n",
+    "{\n",
+    "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
+    "    int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);\n",
     "    result.ok = good >= at_least;\n",
     "    result.point = x;\n",
     "    result.normal = n;\n",
     "    result.a = a0;\n",
     "    if (!result.ok) return result;\n",
+    "    best = springls__nearest_side(fit, sides.count, x, n);\n",
     "    result = fit[best];\n",
     "    for (side = 0; side < sides.count; side++) {\n",
     "        int convex;\n",
     "        float beyond;\n",
     "        if (side == best || !fit[side].ok) continue;\n",
     "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
-    "        if (!(ways & (convex ? 1 : 2))) result.ok = 0;\n",
+    "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;\n",
     "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
     "        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
     "    }\n",
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
+    "/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
     "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
     "                                             int known, springls__fit_result *result)\n",
     "{\n",
-    "    springls__sample_set crowd;\n",
+    "    springls__sample_set samples;\n",
     "    springls__sides sides;\n",
     "    int i, edges = 0;\n",
     "    if (model->set.at_edges == 0) return false;\n",
-    "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);\n",
-    "    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];\n",
+    "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);\n",
+    "    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];\n",
     "    if (edges == 0) return false;\n",
-    "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);\n",
+    "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
-    "    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);\n",
+    "    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    return result->ok != 0;\n",
     "}\n",
     "\n",
-    "/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)\n",
+    "/* Returns the mean distance of x over one side, and the middle of that side. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,\n",
+    "                                                              int side, springls__v3 x, springls__v3 *middle)\n",
     "{\n",
-    "    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;\n",
-    "    springls__v3 p[SPRINGLS__SIDES];\n",
-    "    float height[SPRINGLS__SIDES];\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    springls__estimate all;\n",
-    "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;\n",
+    "    int i;\n",
     "    all.weight = all.distance = 0.0f;\n",
-    "    if (sides.count == 0) return all;\n",
+    "    for (i = 0; i < samples->count; i++) {\n",
+    "        springls__estimate one;\n",
+    "        if (springls__side_of(sides, samples->n[i]) != side) continue;\n",
+    "        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);\n",
+    "        all.weight += one.weight;\n",
+    "        all.distance += one.weight * one.distance;\n",
+    "        sum = springls__mad(sum, samples->p[i], one.weight);\n",
+    "    }\n",
+    "    if (all.weight < SPRINGLS__MIN_WEIGHT) return all;\n",
+    "    *middle = springls__scale(sum, 1.0f / all.weight);\n",
+    "    all.distance = all.distance / all.weight;\n",
+    "    return all;\n",
+    "}\n",
+    "\n",
+    "/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)\n",
+    "{\n",
+    "    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;\n",
+    "    float height[SPRINGLS__SIDES];\n",
+    "    springls__estimate all, one;\n",
+    "    springls__v3 p[SPRINGLS__SIDES];\n",
+    "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;\n",
+    "    all.weight = all.distance = 0.0f;\n",
     "    known.count = 0;\n",
     "    for (side = 0; side < sides.count; side++) {\n",
-    "        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "        float weight = 0.0f, value = 0.0f;\n",
-    "        for (i = 0; i < crowd->count; i++) {\n",
-    "            springls__estimate say;\n",
-    "            if (springls__side_of(sides, crowd->n[i]) != side) continue;\n",
-    "            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);\n",
-    "            weight += say.weight;\n",
-    "            value += say.weight * say.distance;\n",
-    "            middle = springls__mad(middle, crowd->p[i], say.weight);\n",
-    "        }\n",
-    "        if (weight < 1e-3f) continue;\n",
-    "        p[known.count] = springls__scale(middle, 1.0f / weight);\n",
-    "        height[known.count] = value / weight;\n",
+    "        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);\n",
+    "        if (one.weight < SPRINGLS__MIN_WEIGHT) continue;\n",
+    "        height[known.count] = one.distance;\n",
     "        known.normal[known.count++] = sides.normal[side];\n",
-    "        all.weight += weight;\n",
+    "        all.weight += one.weight;\n",
     "    }\n",
     "    if (known.count == 0) return all;\n",
     "    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);\n",
@@ -19116,9 +19296,9 @@ static const char *const springls__kernel_lines[] = {
     "    return all;\n",
     "}\n",
     "\n",
-    "/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge\n",
-    "   before in SCRATCH7 ---- */\n",
+    "/* ---- the stage: springls at a crease are found, and each is turned into its side ---- */\n",
     "\n",
+    "/* Notes the normal of springl i, and whether it lay at an edge before. */\n",
     "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -19126,49 +19306,52 @@ static const char *const springls__kernel_lines[] = {
     "    springls__was_at_edge(model)[i] = model->set.edge[i];\n",
     "}\n",
     "\n",
-    "/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those\n",
-    "   beside the ones known. */\n",
-    "SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an\n",
+    "   edge before. */\n",
+    "SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */\n",
     "    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    bool suspect = false;\n",
+    "    bool candidate = false;\n",
     "    int other;\n",
-    "    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
-    "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)\n",
-    "            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
+    "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)\n",
+    "            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
     "    }\n",
-    "    springls__edge_candidate(model)[i] = suspect;\n",
+    "    springls__edge_candidate(model)[i] = candidate;\n",
     "}\n",
     "\n",
+    "/* Finds the normal of the side that springl i is on, if it lies at an edge. */\n",
     "SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */\n",
-    "    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);\n",
+    "    const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */\n",
+    "    const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */\n",
+    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__sample_set crowd;\n",
+    "    springls__sample_set samples;\n",
     "    springls__fit_result fit;\n",
     "    springls__sides sides;\n",
-    "    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */\n",
+    "    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */\n",
     "    int k;\n",
     "    (void)args;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!springls__edge_candidate(model)[i]) return;\n",
-    "    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);\n",
-    "    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);\n",
-    "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
+    "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
+    "    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);\n",
+    "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);\n",
     "    if (sides.count < 2) return;\n",
-    "    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);\n",
+    "    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,\n",
+    "                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
     "    model->set.edge[i] = 1;\n",
     "    springls__side_normal(model)[i] = fit.normal;\n",
     "}\n",
     "\n",
+    "/* Turns springl i, about its particle, into its side. */\n",
     "SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -19179,7 +19362,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5230 \"springls.h\"\n",
+    "#line 5313 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19209,8 +19392,8 @@ static const char *const springls__kernel_lines[] = {
     "    return d2;\n",
     "}\n",
     "\n",
-    "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's when\n",
-    "   that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
+    "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
@@ -19277,7 +19460,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5329 \"springls.h\"\n",
+    "#line 5412 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19323,8 +19506,8 @@ static const char *const springls__kernel_lines[] = {
     "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
     "}\n",
     "\n",
-    "/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the\n",
-    "   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
+    "/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface\n",
+    "   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
     "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
@@ -19406,7 +19589,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5459 \"springls.h\"\n",
+    "#line 5542 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19499,7 +19682,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }\n",
     "\n",
-    "/* The case of a cube: bit c is set when corner c is inside. */\n",
+    "/* Returns the case of a cube: bit c is set when corner c is inside. */\n",
     "SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)\n",
     "{\n",
     "    int mask = 0, c;\n",
@@ -19509,7 +19692,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }\n",
     "\n",
-    "/* The edge that carries vertex 0, 1 or 2 of a triangle. */\n",
+    "/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */\n",
     "SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)\n",
     "{\n",
     "    return (int)springls__mc_triangles[mask][3 * triangle + vertex];\n",
@@ -19517,7 +19700,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }\n",
     "\n",
-    "/* The corner where an edge begins; it ends at this corner | 1 << axis. */\n",
+    "/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */\n",
     "SPRINGLS__MATHS int springls__mc_edge_corner(int edge)\n",
     "{\n",
     "    int k = edge & 3;\n",
@@ -19580,12 +19763,15 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)\n",
+    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,\n",
+    "                                                   int edge)\n",
     "{\n",
-    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));\n",
+    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,\n",
+    "                              springls__mc_edge_crossing(cell, edge));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)\n",
+    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,\n",
+    "                                                      int y, int z, int triangle)\n",
     "{\n",
     "    springls__tri t;\n",
     "    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));\n",
@@ -19593,11 +19779,11 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5647 \"springls.h\"\n",
+    "#line 5733 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
-    "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within\n",
-    "   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
+    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
     "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                          springls__exposure_arguments distance)\n",
     "{\n",
@@ -19636,7 +19822,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the exposed triangles of active brick i, and how many they are. */\n",
-    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;\n",
@@ -19701,10 +19888,11 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5756 \"springls.h\"\n",
+    "#line 5843 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
-    "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
+    "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
+    "   side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
@@ -19759,8 +19947,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and\n",
-    "   the normal there (0: none is near). */\n",
+    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,\n",
+    "   and its normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -19809,8 +19997,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;\n",
-    "   offset: from the particle to the first. */\n",
+    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of\n",
+    "   another sheet. */\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
@@ -19962,7 +20150,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
-    "/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */\n",
+    "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
+    "   springls carry phi along. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -20012,8 +20201,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */\n",
-    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */\n",
+    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                     SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -20023,16 +20213,16 @@ static const char *const springls__kernel_lines[] = {
     "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        if (some_unknown)\n",
-    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,\n",
-    "                                       out + 8 * row);\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,\n",
+    "                                       args.resolve.last != 0, out + 8 * row);\n",
     "        else\n",
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone\n",
-    "   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into\n",
-    "   a tile. */\n",
+    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb\n",
+    "   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a\n",
+    "   tile. */\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
@@ -20048,7 +20238,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int row, x, o[3];\n",
@@ -20066,7 +20257,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6122 \"springls.h\"\n",
+    "#line 6213 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20107,7 +20298,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__crosses(c, lo, hi);\n",
     "}\n",
     "\n",
-    "/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */\n",
+    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their\n",
+    "   neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
     "{\n",
     "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
@@ -20209,14 +20401,14 @@ static const char *const springls__kernel_lines[] = {
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Writes that of each brick to SCRATCH0. */\n",
+    "/* Finds the bricks around active brick i that the band reaches. */\n",
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6273 \"springls.h\"\n",
+    "#line 6365 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20244,7 +20436,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6301 \"springls.h\"\n",
+    "#line 6393 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20259,7 +20451,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6317 \"springls.h\"\n",
+    "#line 6409 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20415,7 +20607,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(springl_finished)(s);\n",
     "}\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
@@ -20428,7 +20620,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6486 \"springls.h\"\n",
+    "#line 6578 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20443,7 +20635,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6501 \"springls.h\"\n",
+    "#line 6593 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20599,7 +20791,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(springl_finished)(s);\n",
     "}\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
@@ -20612,9 +20804,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6670 \"springls.h\"\n",
+    "#line 6762 \"springls.h\"\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -20648,7 +20840,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6707 \"springls.h\"\n",
+    "#line 6799 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -20666,7 +20858,8 @@ static const char *const springls__kernel_lines[] = {
     "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
     "}\n",
     "\n",
-    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */\n",
+    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its\n",
+    "   orientation. */\n",
     "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
     "{\n",
     "    int edge = springls__longest_edge(t);\n",
@@ -20755,7 +20948,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6815 \"springls.h\"\n",
+    "#line 6908 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -20779,8 +20972,9 @@ static const char *const springls__kernel_lines[] = {
     "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected\n",
-    "   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
+    "   neighbors count. */\n",
     "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int faces = mask27 & 0x0415410u;\n",
@@ -20788,7 +20982,8 @@ static const char *const springls__kernel_lines[] = {
     "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
     "    while (component != before) {\n",
     "        before = component;\n",
-    "        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;\n",
+    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
+    "        component &= near18;\n",
     "    }\n",
     "    return faces != 0u && (faces & ~component) == 0u;\n",
     "}\n",
@@ -20820,8 +21015,8 @@ static const char *const springls__kernel_lines[] = {
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and\n",
-    "   z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
+    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
     "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -20850,11 +21045,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6911 \"springls.h\"\n",
+    "#line 7006 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
-    "/* Lowers row[i], i = 0..7, to the distance from (x + i, y, z) to the springl of the plan, where its bounding sphere (center,\n",
-    "   radius) comes closer than row[i]. */\n",
+    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
+    "   center and radius, comes closer than row[i]. */\n",
     "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
     "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
@@ -20911,20 +21106,21 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
+    "/* Sets omega at voxel i of the two constant bricks. */\n",
     "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;\n",
+    "    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;\n",
+    "    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;\n",
     "}\n",
     "\n",
-    "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
+    "/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */\n",
     "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int slot = model->grid.active[i];\n",
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6986 \"springls.h\"\n",
+    "#line 7082 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20936,7 +21132,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BLOCKED 1\n",
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
-    "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
+    "/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */\n",
     "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
@@ -20971,15 +21167,15 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */\n",
+    "/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */\n",
     "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
     "{\n",
     "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
     "}\n",
     "\n",
-    "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
-    "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
-    "   axes makes no difference to where growth ends. */\n",
+    "/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so\n",
+    "   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same\n",
+    "   state in any order. */\n",
     "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -21031,8 +21227,8 @@ static const char *const springls__kernel_lines[] = {
     "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
-    "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
-    "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether\n",
+    "   it has grown. A block is uniform, so one of its voxels stands for it. */\n",
     "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,\n",
     "                                            SPRINGLS__LOCAL float *grown)\n",
     "{\n",
@@ -21097,7 +21293,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                             SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture_range;\n",
@@ -21156,10 +21353,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7219 \"springls.h\"\n",
-    "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
-    "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
-    "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
+    "#line 7316 \"springls.h\"\n",
+    "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
+    "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
+    "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
+    "   it. */\n",
     "\n",
     "#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */\n",
     "\n",
@@ -21170,7 +21368,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }\n",
     "SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }\n",
     "\n",
-    "/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */\n",
+    "/* Returns the place of cube (x, y, z), each from -1 on, among those of a brick. */\n",
     "SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)\n",
@@ -21178,7 +21376,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "}\n",
     "\n",
-    "/* Triangles of a brick before each of its rows of cubes. */\n",
+    "/* Returns the triangles of active brick i before each of its rows of cubes. */\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)\n",
     "{\n",
     "    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
@@ -21187,8 +21385,8 @@ static const char *const springls__kernel_lines[] = {
     "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
     "typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;\n",
     "\n",
-    "/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest\n",
-    "   number. Cubes that begin before the domain belong to the bricks at its border. */\n",
+    "/* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the\n",
+    "   first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */\n",
     "SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)\n",
     "{\n",
     "    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;\n",
@@ -21216,8 +21414,8 @@ static const char *const springls__kernel_lines[] = {
     "    return owner;\n",
     "}\n",
     "\n",
-    "/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some\n",
-    "   of the rest. */\n",
+    "/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in\n",
+    "   other bricks, some of the rest. mask: its case. */\n",
     "SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)\n",
     "{\n",
     "    uint32_t own = 0u;\n",
@@ -21240,7 +21438,7 @@ static const char *const springls__kernel_lines[] = {
     "    return own;\n",
     "}\n",
     "\n",
-    "/* Which voxels of a row of a tile are inside, one bit each. */\n",
+    "/* Returns which voxels of a row of a tile are inside, as bits. */\n",
     "SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)\n",
     "{\n",
     "    uint32_t signs = 0u;\n",
@@ -21249,7 +21447,7 @@ static const char *const springls__kernel_lines[] = {
     "    return signs;\n",
     "}\n",
     "\n",
-    "/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */\n",
+    "/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */\n",
     "SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])\n",
     "{\n",
     "    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;\n",
@@ -21262,7 +21460,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
     "}\n",
     "\n",
-    "/* The case of the cube at x among them. */\n",
+    "/* Returns the case of the cube at x between them. */\n",
     "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
     "{\n",
     "    uint32_t mask = 0u;\n",
@@ -21271,10 +21469,10 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)mask;\n",
     "}\n",
     "\n",
-    "/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */\n",
+    "/* Floats that work items share: a tile, its signs (whole numbers), and counts of the rows of cubes: triangles, vertices. */\n",
     "#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)\n",
     "\n",
-    "/* A row of cubes of active brick i; vertices are counted from the row's begin. */\n",
+    "/* Counts row n of the cubes of active brick i, and fills them in; vertices are counted from the row's begin. */\n",
     "SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,\n",
     "                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)\n",
     "{\n",
@@ -21283,7 +21481,8 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t row[4], triangles = 0u, vertices = 0u, own;\n",
     "    int x;\n",
     "    for (x = 0; x < 9; x++) cubes[x] = 0u;\n",
-    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))\n",
+    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]\n",
+    "        && springls__signs_around(signs, y, z, row))\n",
     "        for (x = range->lo[0]; x <= range->hi[0]; x++) {\n",
     "            int mask = springls__case_between(row, x);\n",
     "            if (springls__mc_count(mask) == 0) continue;\n",
@@ -21296,9 +21495,9 @@ static const char *const springls__kernel_lines[] = {
     "    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
-    "   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */\n",
-    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                     SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__group group = model->group;\n",
     "    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;\n",
@@ -21331,7 +21530,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */\n",
+    "/* Returns the number of a vertex that another cube owns, which numbers its vertices in the order of its triangles. */\n",
     "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
     "{\n",
     "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
@@ -21348,9 +21547,9 @@ static const char *const springls__kernel_lines[] = {
     "    return number;\n",
     "}\n",
     "\n",
-    "/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */\n",
-    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
-    "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
+    "/* Writes the vertices that a cube owns, and its triangles from number `first` on. */\n",
+    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,\n",
+    "                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);\n",
     "    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;\n",
@@ -21370,8 +21569,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Vertices and triangles of active brick i; job.i[0]: all triangles. */\n",
-    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Writes vertices and triangles of active brick i. */\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                               SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
@@ -21393,7 +21593,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */\n",
+    "/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = model->set.a[springl];\n",
@@ -21401,7 +21601,7 @@ static const char *const springls__kernel_lines[] = {
     "    return fit.ok ? fit.a : a;\n",
     "}\n",
     "\n",
-    "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
+    "/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */\n",
     "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__v3 x = springls__surface_positions(model)[i];\n",
@@ -21411,7 +21611,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7475 \"springls.h\"\n",
+    "#line 7575 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21433,7 +21633,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
     "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
     "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \\\n",
+    "    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \\\n",
     "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \\\n",
     "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
     "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \\\n",
@@ -21493,7 +21693,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21497 \"springls.h\"\n",
+    "#line 21697 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

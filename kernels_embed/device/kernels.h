@@ -40,7 +40,7 @@
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
     X(track, 256, SPRINGLS__BIT(A))                                                                                              \
     X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
-    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \
+    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
     X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
     X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
     X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \

@@ -4,7 +4,7 @@
 
 #include "triangle.h"
 
-/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
 SPRINGLS__MATHS float springls__atan2(float y, float x)
 {
     float ax = springls__fabs(x), ay = springls__fabs(y);

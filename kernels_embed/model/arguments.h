@@ -11,7 +11,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */
+/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
 /* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */

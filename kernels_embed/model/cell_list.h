@@ -1,5 +1,5 @@
-/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is
-   listed in `large` instead, so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
+   is listed in `large` instead, so that one huge triangle does not widen every search. */
 #ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 #define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 
@@ -89,7 +89,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
-/* Finds the cell of particle i, counted through all slots. */
+/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
@@ -97,7 +97,7 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
     (void)args;
     if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;

@@ -1,7 +1,7 @@
 /* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
 
-   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object
-   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
+   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the
+   object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
 #ifndef SPRINGLS__KERNEL_MODEL_GRID_H
 #define SPRINGLS__KERNEL_MODEL_GRID_H
 
@@ -95,7 +95,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, u, v, w);
 }
 
-/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */
+/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
+   axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float c = springls__grid_sample(g, phi, x);

@@ -176,8 +176,8 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
-   whether it moves. */
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+   moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
@@ -201,7 +201,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
 }
 
-/* Moves springl i by its displacements in SCRATCH0. */
+/* Moves springl i by its displacements. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__movers d = springls__displacement(model)[i];

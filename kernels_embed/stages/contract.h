@@ -24,7 +24,8 @@ SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, fl
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
-/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */
+/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
+   `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
@@ -41,8 +42,8 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
-/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot
-   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
+   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.6f, aside = 1.0f; /* voxels */
@@ -57,8 +58,8 @@ SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls
     return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
 }
 
-/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far
-   from the zero level. */
+/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are
+   far from the zero level. */
 SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
     springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
@@ -73,9 +74,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;
-   in front of springls left over where two bodies have merged it is inside. */
+/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
+   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front
+   of either; in front of springls left over where two bodies have merged it is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -132,14 +133,14 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     float area = 0.5f * springls__length(area2);
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It
-   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
+   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
@@ -165,7 +166,8 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
     uint8_t current = action[i];
     (void)args;
-    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;
+    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
+    springls__next_contract_action(model)[i] = current;
 }
 
 /* Makes springl i undecided unless it is removed already. */

@@ -55,8 +55,9 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     }
 }
 
-/* Writes phi_next of a brick from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
+/* phi_next from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;

@@ -54,8 +54,8 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     return weight > 0.0f ? value / weight : FLT_MAX;
 }
 
-/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the
-   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
+/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface
+   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
     const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;

@@ -9,8 +9,8 @@
 #include "../model/model.h"
 #include "track.h"
 
-/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within
-   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
@@ -49,7 +49,8 @@ SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *mode
 }
 
 /* Finds the exposed triangles of active brick i, and how many they are. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;

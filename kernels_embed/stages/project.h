@@ -73,8 +73,8 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value
-   further out, beyond every distance. */
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
+   minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
@@ -99,8 +99,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float 
     return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
 }
 
-/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the
-   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are
+   from the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays
+   unknown. */
 SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
 {
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
@@ -114,8 +115,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }
 
-/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and
-   not far aside. */
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,
+   and not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);

@@ -9,7 +9,8 @@
 #include "keep_edges.h"
 #include "project.h"
 
-/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
+/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+   side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
@@ -64,8 +65,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and
-   the normal there (0: none is near). */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
+   and its normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -114,8 +115,8 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;
-   offset: from the particle to the first. */
+/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
+   another sheet. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -267,7 +268,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */
+/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
+   springls carry phi along. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -317,8 +319,9 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
     }
 }
 
-/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */
-SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -328,16 +331,16 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,
-                                       out + 8 * row);
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,
+                                       args.resolve.last != 0, out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
     }
 }
 
-/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone
-   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into
-   a tile. */
+/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb
+   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a
+   tile. */
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
@@ -353,7 +356,8 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     int row, x, o[3];

@@ -43,7 +43,8 @@ SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL
     return springls__crosses(c, lo, hi);
 }
 
-/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their
+   neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
     springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
@@ -145,7 +146,7 @@ SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const flo
     return mask;
 }
 
-/* Writes that of each brick to SCRATCH0. */
+/* Finds the bricks around active brick i that the band reaches. */
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;

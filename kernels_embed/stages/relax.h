@@ -35,7 +35,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 #include "../language/width_simd.h"
 #include "relax_body.h"
 
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;

@@ -153,7 +153,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
     return SPRINGLS__W(springl_finished)(s);
 }
 
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;

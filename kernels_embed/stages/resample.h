@@ -21,7 +21,8 @@ SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
                          springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
 }
 
-/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
+   orientation. */
 SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 {
     int edge = springls__longest_edge(t);

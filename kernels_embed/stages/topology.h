@@ -26,8 +26,9 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
     return m | (m & 0x003ffffu) << 9 | m >> 9;
 }
 
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected
-   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
 SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
@@ -35,7 +36,8 @@ SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
     unsigned int component = faces & (~faces + 1u), before = 0u;
     while (component != before) {
         before = component;
-        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
     }
     return faces != 0u && (faces & ~component) == 0u;
 }
@@ -67,8 +69,8 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
     return mask;
 }
 
-/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and
-   z). Voxels of one color are not neighbors, so they may change together, in any order. */
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
 SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;

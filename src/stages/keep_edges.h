@@ -21,7 +21,7 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
     springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
