@@ -1479,7 +1479,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     } while (0)
 
 /* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
-/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
+   voxels. */
 
 typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
 
@@ -1507,7 +1508,8 @@ typedef struct springls__color_arguments { int color; } springls__color_argument
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are
+   left. */
 typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
 
 /* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
@@ -1553,8 +1555,8 @@ typedef union springls__arguments {
 
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
-   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a
-   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
+   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
@@ -1703,7 +1705,7 @@ typedef union springls__arguments {
   }
 #endif
 
-/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */
 SPRINGLS__MATHS float springls__floor(float x)
 {
     float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;
@@ -1715,7 +1717,7 @@ SPRINGLS__MATHS float springls__floor(float x)
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
-/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
@@ -1728,8 +1730,8 @@ SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
 
 
 /* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -1786,7 +1788,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -1812,8 +1814,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -1885,7 +1887,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
@@ -1895,9 +1897,9 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
 }
 
 /* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
-/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
-   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
-   the same order: the bits are the same for every width. */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the
+   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a
+   single number in the same order, so every width gives the same bits. */
 
 #if defined(__OPENCL_VERSION__)
 
@@ -1966,7 +1968,12 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
 #define springls__vec_not(where) (~(where))
 
-SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
+{
+    return *(const springls__vec_anywhere *)(const void *)from;
+}
+
+
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -1980,7 +1987,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, sp
     return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
 }
 
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+/* Returns a < b ? a : b, the second where they are equal or not ordered. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
 {
 #if defined(SPRINGLS__SIMD)
@@ -2044,7 +2051,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 
 /* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2100,7 +2107,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -2126,8 +2133,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -2183,9 +2190,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
+/* A table for springls__vec_from. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-/* Returns first, first + 1, ...: places along a row of eight. */
+/* Returns first, first + 1, ..., for the places along a row of eight. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
 
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
@@ -2201,8 +2209,8 @@ typedef struct springls__tri_plan {
 } springls__tri_plan;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2234,7 +2242,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2242,8 +2250,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2262,7 +2270,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2293,7 +2301,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2301,8 +2309,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2321,7 +2329,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
-/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
+/* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
@@ -2392,8 +2400,8 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     return plan;
 }
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2408,7 +2416,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
 /* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2418,7 +2426,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2431,22 +2439,26 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
@@ -2468,7 +2480,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2482,7 +2494,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/model/springl_body.h -------- */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2492,7 +2504,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2505,22 +2517,26 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
@@ -2542,13 +2558,13 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 
 /* ======== >>model:kernel  (kernels_embed/model/model.h) ======================================================== */
-/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */
 
 /* ---- the arrays of a model ----
    A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
    X(NAME, element type, elements that belong together, struct of the model, member). */
 
-/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */
 #define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
     X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
@@ -2569,13 +2585,13 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
 #define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
 
-/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
@@ -2585,22 +2601,23 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what a device needs to move springls by itself (advect.h). */
+/* Lists what moves springls on a device (advect.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
     X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
-    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
-    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \
+    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \
+    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \
     X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
     X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
     X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
-    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
+    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
 
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
@@ -2645,15 +2662,15 @@ typedef struct springls__record {
 #define SPRINGLS__RESHAPE 2
 #define SPRINGLS__UNDECIDED 3
 
-/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
-   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
+/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,
+   far outside and far inside, so that every brick of the top table can be read without a test. */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
 #define SPRINGLS__INSIDE 1
 #define SPRINGLS__FIRST_SLOT 2
-#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */
-#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
+#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
+#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                */
@@ -2663,7 +2680,7 @@ typedef struct springls__grid {
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
+/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
@@ -2680,7 +2697,7 @@ typedef struct springls__work_arrays {
     SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
 } springls__work_arrays;
 
-/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */
 #define SPRINGLS__ROWS 64
 
 typedef struct springls__group { int item, items; } springls__group;
@@ -2715,10 +2732,7 @@ typedef struct springls__model {
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
-
-/* The numbers that one run of a kernel is given besides. */
-typedef struct springls__job { int i[4]; float f[4]; } springls__job;
+#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -2736,10 +2750,16 @@ SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
     return t;
 }
 
-SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }
+SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
+{
+    return springls__tri_normal(springls__springl_tri(s));
+}
 
-/* Does springl i lie at a sharp edge that is to be kept? */
-SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
+/* Returns true when springl i lies at a sharp edge that is to be kept. */
+SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
+{
+    return model->params.keep_edges && model->set.edge[i];
+}
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
@@ -2769,7 +2789,8 @@ SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i,
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
-SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
+SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,
+                                           uint32_t generation, uint8_t mask)
 {
     springls__record record;
     record.s = s;
@@ -2782,14 +2803,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* phi has been made to follow the springls. */
+/* Marks particle i as one that phi follows: notes its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* To SCRATCH7: how far a particle has come since then, squared. */
+/* Finds how far particle i has come since then, squared. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -2839,8 +2860,8 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
 /* ======== >>grid:kernel  (kernels_embed/model/grid.h) ========================================================== */
 /* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
 
-   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
-   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object
+   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
@@ -2880,16 +2901,17 @@ SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls
     origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
 }
 
-/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit
    (dx+1) + 3(dy+1) + 9(dz+1). */
-SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z,
+                                                        bool last_z)
 {
     uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
     uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
     return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
 }
 
-/* Value at a voxel of the domain. */
+/* Returns the value at a voxel of the domain. */
 SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
@@ -2900,7 +2922,7 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
     return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
 }
 
-/* phi at any voxel; beyond the domain by the border rule above. */
+/* Returns phi at any voxel, by the border rule beyond the domain. */
 SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
     float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
@@ -2908,7 +2930,7 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Trilinear value at x, the border rule included. */
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
 SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
@@ -2929,7 +2951,7 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, u, v, w);
 }
 
-/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
+/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float c = springls__grid_sample(g, phi, x);
@@ -2943,7 +2965,7 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
-/* Gradient of the trilinear values by central differences over one voxel. */
+/* Returns the gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
@@ -2955,7 +2977,7 @@ SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SP
                                  - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
-/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
+/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
@@ -2964,7 +2986,13 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Each item of a group loads some of its rows; it is there for all when this returns. */
+/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+SPRINGLS__MATHS int springls__tile_step(int d)
+{
+    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
+}
+
+/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
@@ -2972,7 +3000,7 @@ SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOB
     bool border;
     springls__slot_origin(g, slot, o);
     border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
-    SPRINGLS__BARRIER; /* whoever still reads what was in it */
+    SPRINGLS__BARRIER; /* other items may still read the old values */
     for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
         int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
         SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
@@ -3006,20 +3034,21 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
     return v;
 }
 
-/* Return the smallest and the largest of the six neighbours. */
+/* Returns the smallest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
+/* Returns the largest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
 }
 
-/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
     springls__vmask inside = c < 0.0f;
@@ -3032,7 +3061,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
     return springls__crosses(v.c, springls__least(v), springls__most(v));
 }
 
-/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
 #define SPRINGLS__WIDE_MARGIN 3
 #define SPRINGLS__WIDE 14
 #define SPRINGLS__WIDE_VOXELS 2744
@@ -3044,8 +3073,8 @@ typedef struct springls__wide_tile {
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
-   items must. */
+/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,
+   which loads nothing. */
 SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
@@ -3075,7 +3104,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
     SPRINGLS__BARRIER;
 }
 
-/* Trilinear value at x, in voxels from the brick's first one. */
+/* Interpolates at x, in voxels from the brick's first one, trilinear. */
 SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
 {
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
@@ -3134,8 +3163,9 @@ SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__
     springls__v3 lower = s.q[0], upper = s.q[0];
     int m;
     for (m = 1; m < 3; m++) {
-        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));
-        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));
+        springls__v3 q = s.q[m];
+        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));
+        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));
     }
     springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
     springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
@@ -3215,8 +3245,8 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3238,13 +3268,14 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3265,7 +3296,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
@@ -3358,7 +3390,8 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
+        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
@@ -3829,10 +3862,10 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
-   `large` instead, so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is
+   listed in `large` instead, so that one huge triangle does not widen every search. */
 
-/* The cell of a voxel within its brick. */
+/* Returns the cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
 {
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
@@ -3868,7 +3901,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     return walk;
 }
 
-/* The next springl, or -1 at the end. */
+/* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
     while (walk->next == walk->end) {
@@ -3895,14 +3928,14 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* All springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
                                      springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
-/* All springls of which some point may lie within `radius` of the box. */
+/* Begins a walk over all springls of which some point may lie within `radius` of the box. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
                                                                springls__v3 upper, float radius)
 {
@@ -3911,20 +3944,22 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
                                      springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
 }
 
-/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
+/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
+/* Finds the cell of particle i, counted through all slots. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
+    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */
     (void)args;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
-                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
@@ -3976,7 +4011,8 @@ SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, 
             model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
 }
 
-/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around
+   counts. */
 SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
     uint32_t mask = 0;
@@ -4024,7 +4060,8 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
 SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
                                              float radius2, float d2[8], float edge[8])
 {
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
+    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     int e, m;
     for (m = 0; m < 3; m += SPRINGLS__LANES) {
         springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
@@ -4041,7 +4078,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
+   last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
@@ -4065,14 +4103,15 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
         within = radius + o->bounding_radius;
-        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + (int)edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
+                                                     room, d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -4083,9 +4122,9 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 }
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
-/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
+/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
 
-/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
+/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
 {
     springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);
@@ -4093,16 +4132,17 @@ SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, sp
     return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
 }
 
-/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */
+/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
 SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
 {
-    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);
+    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);
+    float c = springls__corner_cosine(t.c, t.a, t.b);
     float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));
     float area2 = springls__length2(springls__tri_area2(t));
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
-/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */
+/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
@@ -4119,27 +4159,28 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
-/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
-   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot
+   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
-    const float reach = 1.6f, aside = 1.0f;
+    const float range = 1.6f, aside = 1.0f; /* voxels */
     float depth = -springls__dot(d, n), d2 = springls__length2(d);
-    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
-    const float reach = 1.5f;
-    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
+    const float range = 1.5f; /* voxels */
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
 }
 
-/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
-   grid are far from the zero level. */
+/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far
+   from the zero level. */
 SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
-    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
+                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),
                                             springls__clamp(x.z, -1.0f, (float)g->size[2]));
     return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
 }
@@ -4150,9 +4191,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
-   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;
+   in front of springls left over where two bodies have merged it is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -4167,7 +4208,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */
+        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
         m = springls__springl_normal(model->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
         beside += springls__is_beside(d, n, m);
@@ -4176,32 +4217,33 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
-/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
-   the projection hold phi near zero. */
+/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
+   zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
 {
     const float ahead = 0.75f, deep = -0.2f;
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    *fate = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,
-                                                           model->params.min_area))
-        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
+    *action = SPRINGLS__KEEP;
+    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
+    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    else if (!model->set.mask[i]
+             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
-/* A good shape about the same particle, which keeps its exact path and correspondence. */
+/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */
 SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
+    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
@@ -4214,9 +4256,9 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
-   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It
+   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
     springls__springl s = model->set.s[i];
@@ -4228,9 +4270,9 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
-        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
     return decided;
@@ -4238,24 +4280,24 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
 
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);
-    uint8_t now = fate[i];
+    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
+    uint8_t current = action[i];
     (void)args;
-    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;
 }
 
-/* All that are kept so far are undecided. */
+/* Makes springl i undecided unless it is removed already. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
 }
 
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
 
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
 SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
 {
@@ -4289,7 +4331,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, spring
     return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
 }
 
-/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
 SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
                                           float step, SPRINGLS__GLOBAL float *out)
 {
@@ -4297,13 +4339,15 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec c = springls__vec_load(phi + i);
         springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside))
-            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
         springls__vec_store(out + i, c);
     }
 }
 
-/* phi_next from phi and omega. */
+/* Writes phi_next of a brick from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
@@ -4320,7 +4364,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         springls__evolve_row(phi + at, omega + at, width, step, out);
         for (x = 0; x < 8 && lambda != 0.0f; x++) {
             if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
             out[x] += step * lambda * springls__curvature_motion(block);
         }
     }
@@ -4329,7 +4373,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
 /* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
 /* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
 
-/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */
 SPRINGLS__MATHS float springls__atan2(float y, float x)
 {
     float ax = springls__fabs(x), ay = springls__fabs(y);
@@ -4343,7 +4387,7 @@ SPRINGLS__MATHS float springls__atan2(float y, float x)
     return y < 0.0f ? -a : a;
 }
 
-/* The solid angle under which t is seen from x, positive when its normal points away from x. */
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
 SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
 {
     springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
@@ -4603,22 +4647,21 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
-/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
+/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
-/* Cosine of the angle from which on two normals are those of different sheets. */
+/* Two normals are of the same sheet where the cosine of the angle between them is larger. */
 #define SPRINGLS__SAME_SHEET 0.4f
 
-/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. edge: 1 at a crease. */
+/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
 typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -4645,7 +4688,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -4674,7 +4717,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 /* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
-SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,
+                                                               springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
@@ -4690,10 +4734,11 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
 /* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
-/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
-   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
-   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less certain is the bend of the surface in between. */
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -4721,19 +4766,20 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
-   twice far_value. */
+/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value
+   further out, beyond every distance. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
+/* Returns where phi bears that mark. */
 SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
     return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* Returns the old value where the side is unknown, else phi. */
+/* Returns phi without the mark of an unknown side. */
 SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
     springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
@@ -4746,8 +4792,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float 
     return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
 }
 
-/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
-   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
+/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the
+   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */
 SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
 {
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
@@ -4761,7 +4807,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }
 
-/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
+/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and
    not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
@@ -5183,13 +5229,13 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
 /* ======== >>track:kernel  (kernels_embed/stages/track.h) ======================================================= */
 /* track.h - correspondences stay on the original surface (section 4.7). */
 
-/* eq. 26: one step along the gradient of the signed distance to the original surface. */
+/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */
 SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
 {
     return springls__mad(a, gradient, -step * phi);
 }
 
-/* eq. 26. */
+/* Projects a onto the original surface (eq. 26). */
 SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
 {
     const springls__grid *g = &model->reference;
@@ -5200,7 +5246,7 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     return a;
 }
 
-/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
+/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
 SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
 {
     springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
@@ -5210,9 +5256,9 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
     return d2;
 }
 
-/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
-   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
-SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)
+/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's when
+   that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
@@ -5225,7 +5271,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
             if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
-                continue; /* the far sheet */
+                continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -5242,7 +5288,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
     return s.p;
 }
 
-/* The quadratic fit at x over the particles around, springls before `known` only. */
+/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
 SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
@@ -5265,7 +5311,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     }
     result = springls__fit_end(fit);
     if (!result.ok) return result;
-    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
+    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
     result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
                                  springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
@@ -5280,14 +5326,15 @@ SPRINGLS__MATHS void springls__track_element(const springls__model *model, sprin
 }
 
 /* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */
 
-/* A springl to be. */
+/* A springl to add. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
 
-/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */
 #define SPRINGLS__SEED_DISTANCE 0.7f
-#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
+/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */
+#define SPRINGLS__SEED_RANGE 1.85f
 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
@@ -5308,7 +5355,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     return true;
 }
 
-/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
 SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
@@ -5317,28 +5364,28 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        weight += say.weight;
-        value += say.weight * say.distance * say.distance;
+        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        weight += estimate.weight;
+        value += estimate.weight * estimate.distance * estimate.distance;
     }
     return weight > 0.0f ? value / weight : FLT_MAX;
 }
 
-/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
-   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the
+   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
     const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
-    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
+    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
-    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
-    x = springls__mad(s->p, opening.middle, away);
+    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
+    x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, x, n)) return seed;
     fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
@@ -5352,7 +5399,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     return seed;
 }
 
-/* To SCRATCH1, and its fate to SCRATCH2. */
+/* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__seed seed = springls__seed_beside(model, i);
@@ -5361,20 +5408,20 @@ SPRINGLS__MATHS void springls__seed_element(const springls__model *model, spring
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
-/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
-   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
+/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all
+   earlier seeds near it are decided. */
 SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
 {
     SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);
+    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);
     springls__seed seed = seeds[i];
-    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
+    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE
+        if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
     return decided;
@@ -5382,20 +5429,19 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
 
 SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint8_t now = springls__seed_action(model)[i];
+    uint8_t current = springls__seed_action(model)[i];
     (void)args;
-    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;
+    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;
 }
 
-/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
+/* Flags seed i in seed_number when it is kept. */
 SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__seed_number(model)[i] =
-        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
+    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
-/* The first job.i[0] accepted seeds become springls. */
+/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */
 SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
@@ -5600,11 +5646,12 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
 /* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
-   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
+/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within
+   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
+                                          springls__exposure_arguments distance)
 {
-    const float r = springls__max(on_sheets, covered);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -5612,8 +5659,8 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float reach = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        float within = r + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
@@ -5622,16 +5669,30 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
 
-#define SPRINGLS__CUBES 729 /* a brick */
+#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */
 
-/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
+/* Returns the exposed triangles of a cube: bit k for the k-th one. */
+SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,
+                                                     springls__mc_cell cell, int x, int y, int z,
+                                                     springls__exposure_arguments distance)
+{
+    int mask = springls__mc_case(cell), k;
+    uint32_t bits = 0u;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;
+    }
+    return bits;
+}
+
+/* Finds the exposed triangles of active brick i, and how many they are. */
 SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     uint32_t count = 0u;
-    int x, y, z, k, row;
+    int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < 81; row += model->group.items) {
@@ -5641,20 +5702,15 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
         if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
         for (x = range.lo[0]; x <= range.hi[0]; x++) {
             springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-            int mask = springls__mc_case(cell);
-            for (k = 0; k < springls__mc_count(mask); k++) {
-                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,
-                                           args.exposure.covered_on_sheets)) continue;
-                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
-                count++;
-            }
+            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);
+            exposed[9 * row + x + 1] = (uint8_t)bits;
+            for (; bits; bits &= bits - 1u) count++;
         }
     }
     if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
-/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
+/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
 SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
@@ -5669,7 +5725,7 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
             springls__tri t;
             springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= args.insert.count) return; /* no more room, maybe since another brick */
+            if (at >= args.insert.count) return;
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
             p = springls__tri_centroid(t);
             springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
@@ -5677,12 +5733,12 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
     }
 }
 
-/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
+/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
     int first = args.fit.first, n = first + i, m;
     springls__springl s = model->set.s[n];
-    springls__v3 a = springls__adopt_correspondence(model, s, first);
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -5693,7 +5749,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     }
     model->set.s[n] = s;
     model->set.a[n] = springls__project_on_original(model, a);
-    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
+    model->set.synced_position[n] = s.p;
 }
 
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
@@ -5754,8 +5810,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its
-   normal (0: none is near). */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and
+   the normal there (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
@@ -5779,7 +5835,8 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */
+/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
+   first. */
 SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
@@ -5803,8 +5860,8 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another
-   sheet. */
+/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;
+   offset: from the particle to the first. */
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -5830,10 +5887,10 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
     }
 }
 
-/* Does a place in a brick's own voxels come near one of them, along one axis? */
+/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* The first and the last of them that it comes near. */
+/* Return the first and the last voxel of the brick that it comes near. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
@@ -5861,7 +5918,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
     }
 }
 
-/* The nearest springl of every voxel, then the sums over those that face the same way. */
+/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
                                                const int origin[3], SPRINGLS__LOCAL float *sums)
 {
@@ -5892,7 +5949,7 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
 SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
                                                springls__v3 x, float *phi)
 {
@@ -5917,7 +5974,7 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
                                              springls__v3 normal)
 {
@@ -5934,9 +5991,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
-   thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
+   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
+   break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -5956,8 +6013,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
-   longest displacement of any. */
+/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -5991,7 +6047,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         }
 }
 
-/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
 SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
                                                 SPRINGLS__GLOBAL float *out)
 {
@@ -6007,8 +6063,7 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
     }
 }
 
-/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
-   counts; job.i[0]: it is the last time, and who is left takes the old value. */
+/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */
 SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
@@ -6026,8 +6081,9 @@ SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *mode
     }
 }
 
-/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller
-   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */
+/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone
+   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into
+   a tile. */
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
@@ -6065,8 +6121,8 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 /* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin
+   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
 SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
     springls__vec flat = springls__vec_fabs(0.5f * (p - m));
@@ -6075,8 +6131,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__ve
     return slope * slope;
 }
 
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
+/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from
+   10 % on in full: so repeated rebuilding does not move what is a distance already. */
 SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
 {
     springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
@@ -6086,7 +6142,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
    neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
@@ -6096,14 +6152,14 @@ SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL
     springls__vec c = springls__vec_load(phi), lo = c, hi = c;
     int i;
     for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        springls__vec v = springls__vec_load(phi + springls__tile_step(i));
         lo = springls__vec_min(lo, v);
         hi = springls__vec_max(hi, v);
     }
     return springls__crosses(c, lo, hi);
 }
 
-/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
+/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
     springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
@@ -6138,7 +6194,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__v
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -6164,7 +6221,7 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
     }
 }
 
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */
 SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
@@ -6177,7 +6234,7 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
         springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */
 SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
@@ -6241,8 +6298,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -6340,8 +6397,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -6357,7 +6415,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -6376,7 +6434,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -6426,7 +6484,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -6523,8 +6581,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -6540,7 +6599,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -6559,7 +6618,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -6609,7 +6668,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
-/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -6617,7 +6676,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Does so for springls begin, ..., end - 1, several at once. */
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
 SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);
@@ -6647,7 +6706,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
 /* resample.h - splitting at the longest edge (section 4.6). */
 
-/* 0, 1 or 2: the edge from that vertex to the next. */
+/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
 SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
 {
     float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
@@ -6662,26 +6721,26 @@ SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
                          springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
 }
 
-/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */
 SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 {
     int edge = springls__longest_edge(t);
-    springls__tri turned = t, part;
+    springls__tri turned = t, child;
     springls__v3 middle;
     if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
     if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
     middle = springls__lerp(turned.a, turned.b, 0.5f);
-    part.a = second ? middle : turned.a;
-    part.b = second ? turned.b : middle;
-    part.c = turned.c;
-    return part;
+    child.a = second ? middle : turned.a;
+    child.b = second ? turned.b : middle;
+    child.c = turned.c;
+    return child;
 }
 
-/* A springl that has been split in two; and where the halves have to go. */
+/* Half of a springl that is split. */
 typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
 
-/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
-   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
+/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
 SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
 {
     springls__half child;
@@ -6691,15 +6750,13 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.pad = 0.0f;
-    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
-        if (fit.ok) {
-            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-            child.s.p = fit.point;
-            child.s = springls__springl_finished(child.s);
-            child.a = springls__project_on_original(model, fit.a);
-        }
-    }
+    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
+    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    if (!fit.ok) return child;
+    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+    child.s.p = fit.point;
+    child.s = springls__springl_finished(child.s);
+    child.a = springls__project_on_original(model, fit.a);
     return child;
 }
 
@@ -6709,42 +6766,45 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
         || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
 }
 
-/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
+/* Flags springl i in split_number when it is to be split. */
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model,
-                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
-                                                                                     : 0u;
+    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
 }
 
-/* To SCRATCH2: the halves of the first job.i[0] of them. */
+/* Returns true when springl i is to be split and among the first args.insert.count of those. */
+SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
+{
+    return springls__split_number(model)[i] < (uint32_t)args.insert.count
+        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+}
+
+/* Splits springl i into halves, stored by its number. */
 SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);
-    uint32_t at = springls__split_number(model)[i];
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
-    halves[2u * at] = springls__child_of(model, i, 0);
-    halves[2u * at + 1u] = springls__child_of(model, i, 1);
+    uint32_t n = springls__split_number(model)[i];
+    if (!springls__is_split(model, i, args)) return;
+    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
+    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
 }
 
-/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
+/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);
-    uint32_t at = springls__split_number(model)[i];
+    uint32_t number = springls__split_number(model)[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
-    int n = model->set.count + (int)at;
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
-    first = halves[2u * at];
-    second = halves[2u * at + 1u];
+    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
+    int n = model->set.count + (int)number;
+    if (!springls__is_split(model, i, args)) return;
+    first = springls__split_halves(model)[2u * number];
+    second = springls__split_halves(model)[2u * number + 1u];
     model->set.generation[i]++;
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model,
-                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
+    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
@@ -6753,13 +6813,13 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 /* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
 /* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
-   never matters: whether a voxel is simple does not depend on the side it is on. */
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
-/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
+/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
 SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
 {
     return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
@@ -6775,33 +6835,33 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
     return m | (m & 0x003ffffu) << 9 | m >> 9;
 }
 
-/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
-   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected
+   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */
 SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
     unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int part = faces & (~faces + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;
     }
-    return faces != 0u && (faces & ~part) == 0u;
+    return faces != 0u && (faces & ~component) == 0u;
 }
 
-/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
 SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
 {
     unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int part = outside & (~outside + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
     }
-    return outside != 0u && part == outside;
+    return outside != 0u && component == outside;
 }
 
-/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
 SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
 {
     return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
@@ -6816,8 +6876,8 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
     return mask;
 }
 
-/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
-   live in phi, which receives what is granted of what phi_next asks for. */
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and
+   z). Voxels of one color are not neighbors, so they may change together, in any order. */
 SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -6834,11 +6894,11 @@ SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model
             }
 }
 
-/* What was not granted is taken out of phi_next. */
+/* Reverts the changes of side in phi_next that were not taken over. */
 SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int x;
@@ -6848,10 +6908,10 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 
-/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
-   and radius, comes closer than row[i]. */
+/* Lowers row[i], i = 0..7, to the distance from (x + i, y, z) to the springl of the plan, where its bounding sphere (center,
+   radius) comes closer than row[i]. */
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row)
 {
@@ -6867,7 +6927,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
@@ -7065,8 +7125,8 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
 }
 
-/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
-   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
 SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
     springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
@@ -7074,8 +7134,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan,
     return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
                                         int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
@@ -7083,13 +7143,14 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
         springls__vmask counts;
         at.x = (float)x + springls__vec_from(i);
         d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
         counts = (nearest < capture) & (d2 < within * within);
         if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
     }
 }
 
@@ -7411,72 +7472,75 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 }
 
 /* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
-/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
-   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
-   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of
+   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL
+   (entry_points.cl) and a row of the test that compares the two. */
 
-/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \
+    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
-    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \
+    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
     X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \
-    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \
-    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
+    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
+    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
     X(track, 256, SPRINGLS__BIT(A))                                                                                              \
-    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \
-    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \
+    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
+    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
     X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
-    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \
-    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \
-    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \
+    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \
+    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \
+    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
     X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
     X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
-    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \
-    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \
-    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \
+    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
+    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
-    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \
-    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))
+    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
+    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
+                                   | SPRINGLS__ROLE_BIT(vertex_springl))
 
-/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
+/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
-    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \
+    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \
     X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
-    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \
+    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \
     X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
     X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
-    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \
+    X(surface_count, 8,                                                                                                          \
+      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \
+          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \
       SPRINGLS__SURFACE_FLOATS)                                                                                                  \
     X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
-/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
+/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
-   Name, and elements that a core of a processor takes at once. */
+/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
+   elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
     X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
     X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
@@ -7485,7 +7549,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
     X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
+    X(brick_lists_sort, 8)                                                                                                       \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
@@ -12783,32 +12848,37 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
 }
 
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
-/* set_mesh.h - an indexed triangle mesh becomes springls and a level set.
+/* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
-   Signs come from one mechanism, the generalised winding number, for clean and dirty meshes alike. Where every edge is
-   balanced (as many triangles run along it one way as the other) it is a whole number and changes at the surface only;
-   then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
-   edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
-   There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
-   film together. Springls of the film follow those of the triangles; were they left to the first fill, they would take
-   correspondences from the rims.
+   The sign of phi comes from the generalized winding number w, for clean and for damaged meshes alike. An edge is balanced
+   when as many triangles run along it in one direction as in the other.
+     Every edge balanced: w is a whole number that changes only at the surface. Two overlapping balls free of surface lie on
+     one side, so most voxels take the sign of a neighbor and w is computed for few.
+     Some edge unbalanced: the surface is open. The level w = 1/2 closes its holes like a soap film, and phi is the distance
+     to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
+     are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
 
+/* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
+   triangles run from low to high less how many run from high to low. */
 typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
 
-/* Working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the triangle's next corner. */
+enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
+
+/* Holds the working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the next corner. */
 typedef struct springls__mesh_intake {
-    springls__v3 *point;    /* voxel coordinates, by position                                                   */
-    int *weld;              /* the first position equal to a position                                           */
-    int *table;             /* hash table: positions, later edges; -1 is free                                   */
-    int *corner, *triangle; /* 3 welded corners and the number of every triangle without repeated corners       */
-    int *edge;              /* of a half-edge                                                                   */
-    springls__mesh_edge *edges;
-    uint8_t *turn;          /* the triangle is to be turned; 2: not reached yet                                 */
-    int *queue;
+    springls__v3 *point;        /* [position]  voxel coordinates                                                   */
+    int *weld;                  /* [position]  the first position with the same coordinates                        */
+    int *table;                 /* [table_size] hash table of positions, later of edges; -1: free                  */
+    int *corner;                /* [3 * count] welded corners of the triangles without a repeated corner           */
+    int *triangle;              /* [count]     their numbers in the caller's mesh                                  */
+    int *edge;                  /* [3 * count] index into edges, by half-edge                                      */
+    springls__mesh_edge *edges; /* [edge_count]                                                                    */
+    uint8_t *turn;              /* [count]     1: exchange corners 1 and 2; SPRINGLS__MESH_UNREACHED: undecided    */
+    int *queue;                 /* [count]     triangles of the patch that springls__mesh_orient walks over        */
     int count, edge_count;
-    size_t table_size;
+    size_t table_size;          /* a power of two                                                                  */
     springls__buffer memory[9];
 } springls__mesh_intake;
 
@@ -12818,6 +12888,7 @@ SPRINGLS__FN void springls__mesh_intake_free(springls_context *ctx, springls__me
     for (i = 0; i < 9; i++) springls__buffer_free(ctx, &m->memory[i]);
 }
 
+/* Allocates the working memory for a mesh of that many positions and triangles. */
 SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx, springls__mesh_intake *m, int positions,
                                                            int triangles)
 {
@@ -12847,46 +12918,71 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
 
 SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
 
-/* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
+/* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
+   twentieth of a voxel. */
+SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
+{
+    const double furthest = 1e6; /* voxels */
+    double x[3];
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!springls__finite((double)world[k]))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    for (k = 0; k < 3; k++) {
+        if (!(x[k] >= -furthest && x[k] <= furthest))
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
+        voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns the first position with the same coordinates as m->point[i], and enters i into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
+{
+    const springls__v3 x = m->point[i];
+    size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        springls__v3 other = m->point[m->table[slot]];
+        if (other.x == x.x && other.y == x.y && other.z == x.z) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = i;
+    return m->table[slot];
+}
+
+/* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
+   bounds of the mesh in voxels. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles,
                                                  int triangle_count, float lower[3], float upper[3])
 {
-    const double furthest = 1e6; /* voxels: beyond it float32 does not resolve a twentieth of a voxel */
-    size_t mask = m->table_size - 1, slot;
+    size_t slot;
     int i, j, k;
     for (i = 0; i < position_count; i++) m->weld[i] = -1;
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
     for (j = 0; j < 3 * triangle_count; j++) {
-        const float *world;
-        double voxel[3];
-        float x[3];
+        float x[3] = { 0.0f, 0.0f, 0.0f };
         i = triangles[j];
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
         if (m->weld[i] >= 0) continue;
-        world = springls__mesh_position(positions, stride, i);
-        for (k = 0; k < 3; k++)
-            if (!springls__finite((double)world[k]))
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", i);
-        springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], voxel);
+        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
         for (k = 0; k < 3; k++) {
-            if (!(voxel[k] >= -furthest && voxel[k] <= furthest))
-                return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", i);
-            x[k] = (float)voxel[k] + 0.0f; /* no negative zero */
             lower[k] = springls__min(lower[k], x[k]);
             upper[k] = springls__max(upper[k], x[k]);
         }
         m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        slot = springls__hash3(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
-        for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
-            springls__v3 other = m->point[m->table[slot]];
-            if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
-        }
-        if (m->table[slot] < 0) m->table[slot] = i;
-        m->weld[i] = m->table[slot];
+        m->weld[i] = springls__mesh_first_equal(m, i);
     }
+    return SPRINGLS_OK;
+}
+
+/* Lists the triangles whose three welded corners differ. Writes m->corner, m->triangle and m->count. */
+SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const int *triangles, int triangle_count)
+{
+    int j;
     m->count = 0;
     for (j = 0; j < triangle_count; j++) {
         int a = m->weld[triangles[3 * j]], b = m->weld[triangles[3 * j + 1]], c = m->weld[triangles[3 * j + 2]];
@@ -12896,15 +12992,15 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
         m->corner[3 * m->count + 2] = c;
         m->triangle[m->count++] = j;
     }
-    return SPRINGLS_OK;
 }
 
-/* +1 when the half-edge runs from its edge's lower corner to the higher, -1 otherwise. */
+/* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
 SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
 {
     return m->corner[half] < m->corner[springls__mesh_next(half)] ? 1 : -1;
 }
 
+/* Finds the edges of the listed triangles. Writes m->edges, m->edge and m->edge_count. */
 SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
 {
     size_t mask = m->table_size - 1, slot;
@@ -12931,7 +13027,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     }
 }
 
-/* Adds up, for every edge, which way its triangles run along it; returns how many edges are not balanced. */
+/* Computes the balance of every edge, of triangles turned as m->turn has it; returns how many edges are not balanced. */
 SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
 {
     int e, h, unbalanced = 0;
@@ -12942,7 +13038,7 @@ SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
     return unbalanced;
 }
 
-/* Parts that share a point are one component. `weld` has done its work and becomes the forest. */
+/* Counts the connected components; triangles that share a point are connected. Overwrites m->weld with a union-find forest. */
 SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
 {
     int h, components = 0;
@@ -12962,6 +13058,7 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
     return components;
 }
 
+/* Returns twice the area of a listed triangle, voxel^2. */
 SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, int triangle)
 {
     springls__tri t;
@@ -12971,86 +13068,113 @@ SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, i
     return (double)springls__length(springls__tri_area2(t));
 }
 
-/* Turns triangles so that neighbours agree: over every patch joined by edges of two triangles, the smaller area turns. */
+/* Orients the patch of triangles around `seed` like the seed; a patch is connected through edges of two triangles. Writes
+   the patch to m->queue, m->turn of its triangles, and in area[0] and area[1] twice the area not turned and turned, voxel^2.
+   Returns the number of triangles in the patch. */
+SPRINGLS__FN int springls__mesh_orient_patch(springls__mesh_intake *m, int seed, double area[2])
+{
+    int head = 0, tail = 0, k;
+    area[0] = area[1] = 0.0;
+    m->turn[seed] = 0;
+    m->queue[tail++] = seed;
+    while (head < tail) {
+        int t = m->queue[head++];
+        area[m->turn[t]] += springls__mesh_double_area(m, t);
+        for (k = 0; k < 3; k++) {
+            int h = 3 * t + k, other, same;
+            const springls__mesh_edge *edge = &m->edges[m->edge[h]];
+            if (edge->count != 2) continue;
+            other = edge->half[0] == h ? edge->half[1] : edge->half[0];
+            if (m->turn[other / 3] != SPRINGLS__MESH_UNREACHED) continue;
+            same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
+            m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
+            m->queue[tail++] = other / 3;
+        }
+    }
+    return tail;
+}
+
+/* Writes m->turn so that neighbors agree; of each patch the part with the smaller area is turned. */
 SPRINGLS__FN void springls__mesh_orient(springls__mesh_intake *m)
 {
-    int seed, i, k;
-    memset(m->turn, 2, (size_t)m->count);
+    double area[2];
+    int seed, patch, i;
+    memset(m->turn, SPRINGLS__MESH_UNREACHED, (size_t)m->count);
     for (seed = 0; seed < m->count; seed++) {
-        int head = 0, tail = 0;
-        double area[2] = { 0.0, 0.0 };
-        if (m->turn[seed] != 2) continue;
-        m->turn[seed] = 0;
-        m->queue[tail++] = seed;
-        while (head < tail) {
-            int t = m->queue[head++];
-            area[m->turn[t]] += springls__mesh_double_area(m, t);
-            for (k = 0; k < 3; k++) {
-                int h = 3 * t + k, other, same;
-                const springls__mesh_edge *edge = &m->edges[m->edge[h]];
-                if (edge->count != 2) continue;
-                other = edge->half[0] == h ? edge->half[1] : edge->half[0];
-                if (m->turn[other / 3] != 2) continue;
-                same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
-                m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
-                m->queue[tail++] = other / 3;
-            }
-        }
+        if (m->turn[seed] != SPRINGLS__MESH_UNREACHED) continue;
+        patch = springls__mesh_orient_patch(m, seed, area);
         if (area[1] > area[0])
-            for (i = 0; i < tail; i++) m->turn[m->queue[i]] ^= 1;
+            for (i = 0; i < patch; i++) m->turn[m->queue[i]] ^= 1;
     }
 }
 
-/* Signed volume, about the area's centre, and area, world units. turned: as the triangles will be, not as they came. */
-SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride, bool turned,
-                                          double *area)
+/* Loads the corners of a listed triangle, less `center`, and its area normal (p1 - p0) x (p2 - p0). World units. */
+SPRINGLS__FN void springls__mesh_world_triangle(const springls__mesh_intake *m, const float *positions, size_t stride, int t,
+                                                const double center[3], double p[3][3], double normal[3])
 {
-    double center[3] = { 0.0, 0.0, 0.0 }, volume = 0.0, total = 0.0;
-    int pass, t, i, k;
-    for (pass = 0; pass < 2; pass++) {
-        for (t = 0; t < m->count; t++) {
-            double p[3][3], n[3], a, v = 0.0;
-            for (i = 0; i < 3; i++)
-                for (k = 0; k < 3; k++)
-                    p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - (pass ? center[k] : 0.0);
-            for (k = 0; k < 3; k++) {
-                int u = (k + 1) % 3, w = (k + 2) % 3;
-                n[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
-            }
-            if (pass) {
-                for (k = 0; k < 3; k++) v += n[k] * p[0][k];
-                volume += turned && m->turn[t] ? -v : v;
-            } else {
-                a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-                total += a;
-                for (k = 0; k < 3; k++) center[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
-            }
-        }
-        for (k = 0; k < 3 && !pass; k++) center[k] = total > 0.0 ? center[k] / total : 0.0;
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - center[k];
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, w = (k + 2) % 3;
+        normal[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
     }
-    *area = 0.5 * total;
+}
+
+/* Returns the area of the listed triangles, and their center weighted by area. World units. */
+SPRINGLS__FN double springls__mesh_area(const springls__mesh_intake *m, const float *positions, size_t stride, double center[3])
+{
+    static const double origin[3] = { 0.0, 0.0, 0.0 };
+    double sum[3] = { 0.0, 0.0, 0.0 }, total = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double a;
+        springls__mesh_world_triangle(m, positions, stride, t, origin, p, n);
+        a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        total += a;
+        for (k = 0; k < 3; k++) sum[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
+    }
+    for (k = 0; k < 3; k++) center[k] = total > 0.0 ? sum[k] / total : 0.0;
+    return 0.5 * total;
+}
+
+/* Returns the signed volume by the divergence theorem about `center`, world units; positive when the triangles face outwards.
+   turned: orients the triangles as m->turn has it, not as they came. */
+SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride,
+                                          const double center[3], bool turned)
+{
+    double volume = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double v = 0.0;
+        springls__mesh_world_triangle(m, positions, stride, t, center, p, n);
+        for (k = 0; k < 3; k++) v += n[k] * p[0][k];
+        volume += turned && m->turn[t] ? -v : v;
+    }
     return volume / 6.0;
 }
 
 /* ---- the call ---- */
 
-SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, int left)
+/* Logs what was repaired. repaired: the triangles' orientation was. */
+SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, bool repaired)
 {
     if (!r->closed)
         springls__log(ctx, 2, "mesh not closed (%d boundary, %d non-manifold, %d misoriented edges): inside is where the "
                       "winding number exceeds one half; %d triangles without area dropped%s", r->boundary_edges,
-                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, left ? "" : ", orientation repaired");
+                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, repaired ? ", orientation repaired" : "");
     else if (r->flipped || r->triangles_dropped)
         springls__log(ctx, 2, "mesh%s, %d triangles without area dropped", r->flipped ? " was inside out and has been turned"
                       : " is closed", r->triangles_dropped);
 }
 
-/* Moves the triangles that have an area to the front; they may be none. */
+/* Removes the triangles without an area from the list; none may remain. */
 SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 {
     int t, k, n = 0;
     for (t = 0; t < m->count; t++) {
-        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* as springls__tri_closest has it */
+        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* the limit of springls__tri_closest */
         for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
         m->triangle[n] = m->triangle[t];
         m->turn[n++] = m->turn[t];
@@ -13058,13 +13182,11 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
+SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
 {
-    springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
     int t, k;
-    springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
     for (t = 0; t < m->count; t++) {
         springls__springl s;
         springls__tri tri;
@@ -13075,6 +13197,37 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
         s.p = springls__tri_centroid(tri);
         springls__constellation_append(ctx, &s, s.p, 0u, 0u);
     }
+}
+
+/* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
+SPRINGLS__FN springls_status springls__mesh_store_sources(springls_context *ctx, const springls__mesh_intake *m, int given)
+{
+    int t;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
+    ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
+    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    return SPRINGLS_OK;
+}
+
+/* Covers the film that closes the holes of an open mesh with springls. */
+SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    springls__finish_loop(ctx);
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
+   model is left unfinished. */
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+{
+    springls__mesh_distance distance;
+    springls__clear_model(ctx);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
+    springls__mesh_append_springls(ctx, m);
     SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
@@ -13084,37 +13237,32 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
-    ctx->original.source = (int *)ctx->original.source_memory.data;
-    ctx->original.given = given;
-    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
-    if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
-    springls__finish_loop(ctx);
-    SPRINGLS__TRY(springls__fill_exposed(ctx));
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
+    return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
 
-SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
-                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
-                                                 springls_mesh_report *report)
+/* Compares the mesh's bounds with the grid's, in voxels. Fails when they do not meet. *beyond: a part lies outside. */
+SPRINGLS__FN springls_status springls__mesh_check_bounds(springls_context *ctx, const float lower[3], const float upper[3],
+                                                         bool *beyond)
 {
-    float lower[3], upper[3];
-    bool beyond = false, outside = false;
-    int e, t, k, unbalanced;
-    springls_status status;
-    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
-    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    bool outside = false;
+    int k;
+    *beyond = false;
     for (k = 0; k < 3; k++) {
         float last = (float)ctx->desc.grid.size[k] - 0.5f;
-        beyond = beyond || lower[k] < -0.5f || upper[k] > last;
+        *beyond = *beyond || lower[k] < -0.5f || upper[k] > last;
         outside = outside || upper[k] < -0.5f || lower[k] > last;
     }
     if (outside) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh lies outside the grid: voxels (%g %g %g) to (%g %g %g)",
                                        (double)lower[0], (double)lower[1], (double)lower[2], (double)upper[0],
                                        (double)upper[1], (double)upper[2]);
-    springls__mesh_edges(m);
+    return SPRINGLS_OK;
+}
+
+/* Writes the report's counts of edges and components. Overwrites m->weld. */
+SPRINGLS__FN void springls__mesh_report_topology(springls__mesh_intake *m, springls_mesh_report *report)
+{
+    int e;
     for (e = 0; e < m->edge_count; e++) {
         const springls__mesh_edge *edge = &m->edges[e];
         report->boundary_edges += edge->count == 1;
@@ -13125,22 +13273,47 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     report->closed = !report->boundary_edges && !report->nonmanifold_edges && !report->misoriented_edges;
     report->used_winding = !report->closed;
     report->components = springls__mesh_components(m);
+}
+
+/* Writes m->turn so that neighbors agree and the triangles face outwards, and the report's area, volume (as the triangles
+   came) and flipped. Returns how many edges are not balanced then. */
+SPRINGLS__FN int springls__mesh_face_outwards(springls__mesh_intake *m, const float *positions, size_t stride,
+                                              springls_mesh_report *report)
+{
+    double center[3];
+    int t, unbalanced;
     memset(m->turn, 0, (size_t)m->count);
-    report->volume = springls__mesh_volume(m, positions, stride, false, &report->area);
+    report->area = springls__mesh_area(m, positions, stride, center);
+    report->volume = springls__mesh_volume(m, positions, stride, center, false);
     if (report->misoriented_edges) springls__mesh_orient(m);
     unbalanced = springls__mesh_balance(m);
-    {
-        double area;
-        report->flipped = springls__mesh_volume(m, positions, stride, true, &area) < 0.0;
-    }
-    if (report->flipped)
-        for (t = 0; t < m->count; t++) m->turn[t] ^= 1;
+    report->flipped = springls__mesh_volume(m, positions, stride, center, true) < 0.0;
+    for (t = 0; report->flipped && t < m->count; t++) m->turn[t] ^= 1;
+    return unbalanced;
+}
+
+/* Does the work of springls_set_mesh on arguments that have been checked and a report of zeros. */
+SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
+                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
+                                                 springls_mesh_report *report)
+{
+    float lower[3], upper[3];
+    bool beyond;
+    int unbalanced;
+    springls_status status;
+    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
+    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    springls__mesh_list_triangles(m, triangles, triangle_count);
+    SPRINGLS__TRY(springls__mesh_check_bounds(ctx, lower, upper, &beyond));
+    springls__mesh_edges(m);
+    springls__mesh_report_topology(m, report);
+    unbalanced = springls__mesh_face_outwards(m, positions, stride, report);
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
-    springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
+    springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
 }
@@ -13358,233 +13531,276 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
 }
 
 /* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
-/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
-   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
-   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed. Each consumer has a published
+   level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
+   from it, so two neighbors share the bits of their common vertices, whenever either was meshed. */
 
-/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
+/* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
+   that correspondences have moved along the surface. */
+typedef struct springls__brick_signature {
+    uint64_t ids;
+    springls__v3 particles, correspondences;
+    int count;
+} springls__brick_signature;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
-    springls__brick_signature *crew;       /* of a slot, when it was last meshed                                           */
-    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
-    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
-    int *list;
-    springls_chunk *chunk;      /* those that have changed                                                      */
-    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+    springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
+    springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
+    uint8_t *dirty, *has_mesh;             /* [brick] 1: mesh it again; 1: its last mesh had triangles                 */
+    uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
+    int *list;                             /* bricks whose values may differ from the published ones                   */
+    springls_chunk *chunk;                 /* those that have changed                                                  */
+    springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
+    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
-    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
-                                          &c->meshes, &c->touch, &c->lists,
-                                          &c->chunks, &c->vertices, &c->corners };
+    springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
+                                          &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
+                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Room for slots of bricks that are shown. */
+/* Grows the published level set to that many slots. */
 SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
 {
-    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
+    size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),
+                                        (size_t)c->published.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi_memory, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
                                         used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
-    c->shown.slot_brick = (int *)c->slot_brick.data;
-    c->shown.free_slots = (int *)c->free_slots.data;
-    c->shown.phi = (float *)c->phi.data;
-    c->crew = (springls__brick_signature *)c->crews.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
+    c->published.slot_brick = (int *)c->slot_brick_memory.data;
+    c->published.free_slots = (int *)c->free_slots_memory.data;
+    c->published.phi = (float *)c->phi_memory.data;
+    c->signature = (springls__brick_signature *)c->signature_memory.data;
     return SPRINGLS_OK;
 }
 
+/* Allocates an empty published level set: the first update lists every chunk. */
 SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     size_t bricks = springls__brick_count(g), i;
-    memcpy(c->shown.size, g->size, sizeof g->size);
-    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    memcpy(c->published.size, g->size, sizeof g->size);
+    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top_memory, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirty_memory, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->has_mesh_memory, bricks, 1, 0));
     SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
-    c->shown.top = (int *)c->top.data;
-    c->dirty = (uint8_t *)c->dirt.data;
-    c->has_mesh = (uint8_t *)c->meshes.data;
-    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    c->published.top = (int *)c->top_memory.data;
+    c->dirty = (uint8_t *)c->dirty_memory.data;
+    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
+    for (i = 0; i < bricks; i++) c->published.top[i] = SPRINGLS__OUTSIDE;
     memset(c->dirty, 0, bricks);
     memset(c->has_mesh, 0, bricks);
-    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
 }
 
-/* ---- what has changed ---- */
+/* ---- finding what has changed ---- */
 
-/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
-   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
-SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
+/* Returns the bricks whose mesh depends on voxel v of a brick: a vertex on the voxels up to the end of its brick, a normal on
+   voxels one further. Bits as in springls__neighbor_mask_of_row. */
+SPRINGLS__FN uint32_t springls__bricks_affected_by(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
     return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
-/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
+/* Returns whether the published zero level may pass between voxel v of a brick and one of its six neighbors. origin: the
+   brick's first voxel; brick: its values in the field of g. */
 SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
 {
-    int axis, way;
+    int axis, direction;
     for (axis = 0; axis < 3; axis++)
-        for (way = -1; way <= 1; way += 2) {
+        for (direction = -1; direction <= 1; direction += 2) {
             int at[3] = { v & 7, v >> 3 & 7, v >> 6 };
-            float beside;
-            at[axis] += way;
-            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) beside = brick[v + way * (1 << 3 * axis)];
-            else beside = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
-            if (brick[v] < 0.0f ? beside >= -tolerance : beside <= tolerance) return true;
+            float neighbor;
+            at[axis] += direction;
+            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) neighbor = brick[v + direction * (1 << 3 * axis)];
+            else neighbor = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
+            if (brick[v] < 0.0f ? neighbor >= -tolerance : neighbor <= tolerance) return true;
         }
     return false;
 }
 
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
-/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
-   them. */
-SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+/* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
+   now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
+SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
+                                              float tolerance)
+{
+    const float deep = 1.5f; /* voxels: a value further from the surface moves a vertex only where phi is steep (may_cross) */
+    const uint32_t own = 1u << 13;
+    uint32_t affected = 0u;
+    int v;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        float before = published[v];
+        if (springls__fabs(now[v] - before) <= tolerance) continue;
+        published[v] = now[v];
+        if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+            || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
+            affected |= springls__bricks_affected_by(v);
+    }
+    if (!affected) return 0u;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+        if (springls__bricks_affected_by(v) == own) published[v] = now[v];
+    return affected | own;
+}
+
+SPRINGLS__FN void springls__publish_task(void *arg, int begin, int end)
 {
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = 1.5f;
-    const uint32_t own = 1u << 13;
-    int v, origin[3];
+    int origin[3];
     for (; begin < end; begin++) {
+        int slot = c->published.top[c->list[begin]];
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
-        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
-        uint32_t touched = 0u;
-        springls__slot_origin(&c->shown, c->shown.top[c->list[begin]], origin);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance) continue;
-            shown[v] = now[v];
-            /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
-                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
-                touched |= springls__bricks_touched_by(v);
-        }
-        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__bricks_touched_by(v) == own) shown[v] = now[v];
-        c->touched[begin] = touched ? touched | own : 0u;
+        springls__slot_origin(&c->published, slot, origin);
+        c->affected[begin] = springls__publish_brick(g, origin, now, c->published.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS,
+                                                     c->desc.tolerance);
     }
 }
 
-/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+/* Gives a constant brick a slot of the published level set, with the constant as its values. */
+SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int brick)
+{
+    springls__grid *published = &c->published;
+    int side = published->top[brick];
+    int slot = published->free_count ? published->free_slots[--published->free_count] : published->slot_count++;
+    published->top[brick] = slot;
+    published->slot_brick[slot] = brick;
+    springls__fill(published->phi, slot, side == SPRINGLS__INSIDE ? -published->far_value : published->far_value);
+    memset(&c->signature[slot], 0, sizeof c->signature[slot]);
+}
+
+/* Returns whether the model's values in a brick may differ from the published ones. */
+SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int brick)
+{
+    return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
+}
+
+/* Writes c->list, the bricks that may differ, and their number; each gets a slot of the published level set. */
 SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__grid *shown = &c->shown;
-    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    springls__grid *published = &c->published;
+    int bricks = (int)springls__brick_count(g), i, n = 0, added = 0;
     for (i = 0; i < bricks; i++) {
-        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
-        if (!here && g->top[i] == shown->top[i]) continue;
+        if (!springls__may_differ(g, published, i)) continue;
         n++;
-        fresh += !here;
+        added += published->top[i] < SPRINGLS__FIRST_SLOT;
     }
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
-    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
-    c->list = (int *)c->lists.data;
-    c->touched = (uint32_t *)c->touch.data;
-    shown->far_value = g->far_value;
-    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->list_memory, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->affected_memory, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, published->slot_count + added));
+    c->list = (int *)c->list_memory.data;
+    c->affected = (uint32_t *)c->affected_memory.data;
+    published->far_value = g->far_value;
+    springls__fill(published->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(published->phi, SPRINGLS__INSIDE, -g->far_value);
     for (i = n = 0; i < bricks; i++) {
-        int side = shown->top[i], slot;
-        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        if (!springls__may_differ(g, published, i)) continue;
         c->list[n++] = i;
-        if (side >= SPRINGLS__FIRST_SLOT) continue;
-        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
-        shown->top[i] = slot;
-        shown->slot_brick[slot] = i;
-        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+        if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
     }
     *count = n;
     return SPRINGLS_OK;
 }
 
-/* All that a change of listed brick i reaches is to be meshed again. */
+/* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
 SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
-    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
-    for (d = 0; d < 27 && c->touched[i]; d++)
-        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at))
-            c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+    springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->affected[i]; d++)
+        if ((c->affected[i] >> d & 1u) && springls__brick_around(&c->published, origin, d, at))
+            c->dirty[springls__brick_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
-/* Who is where: to tell change of correspondences. By slot of what is shown. */
-SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
+/* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
+SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
+                                               springls__brick_signature *signature)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__brick_signature *crew;
-    int i, slot;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->shown.slot_count));
-    crew = springls__brick_signatures(&ctx->model);
-    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    int i;
+    memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        slot =
-            springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
-                              springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
-        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
-        crew[slot].places = springls__add(crew[slot].places, p);
-        crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
-        crew[slot].count++;
+        springls__brick_signature *sum = &signature[springls__slot_at(
+            &c->published, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            springls__cell_coordinate(p.z, g->size[2]))];
+        sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        sum->particles = springls__add(sum->particles, p);
+        sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
+        sum->count++;
     }
-    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
-        float most = c->desc.tolerance * (float)crew[slot].count;
-        if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids
-            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
-            && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
-            continue;
-        c->crew[slot] = crew[slot];
-        c->dirty[c->shown.slot_brick[slot]] = 1;
+}
+
+/* Returns whether the ids are the same and the mean p and a differ by at most the tolerance, voxels. */
+SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *now, const springls__brick_signature *before,
+                                             float tolerance)
+{
+    float limit = tolerance * (float)now->count;
+    return now->ids == before->ids
+        && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
+        && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
+}
+
+/* Marks as dirty the bricks whose springls have changed since they were meshed. */
+SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx, springls_chunks *c)
+{
+    springls__brick_signature *now;
+    int slot;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->published.slot_count));
+    now = springls__brick_signatures(&ctx->model);
+    springls__collect_signatures(ctx, c, now);
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->published.slot_count; slot++) {
+        if (c->published.slot_brick[slot] < 0) continue;
+        if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
+        c->signature[slot] = now[slot];
+        c->dirty[c->published.slot_brick[slot]] = 1;
     }
     return SPRINGLS_OK;
 }
 
-/* Bricks that have become constant give their slot back. */
-SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+/* Returns the slots of listed bricks that have become constant in the model. */
+SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c, int count)
 {
     int i;
     for (i = 0; i < count; i++) {
-        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
         if (side >= SPRINGLS__FIRST_SLOT) continue;
-        c->shown.top[brick] = side;
-        c->shown.slot_brick[slot] = -1;
-        c->shown.free_slots[c->shown.free_count++] = slot;
+        c->published.top[brick] = side;
+        c->published.slot_brick[slot] = -1;
+        c->published.free_slots[c->published.free_count++] = slot;
     }
 }
 
 /* ---- meshes ---- */
 
-/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+/* Returns the number of the vertex on an edge of cube (x, y, z): the same for all cubes around the edge. */
 SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
 {
     int corner = springls__mc_edge_corner(edge);
     return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
 }
 
-/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+/* Runs marching cubes on a chunk and counts its vertices and triangles. vertex: voxels, in the order in which triangles use
+   them; corner: 3 a triangle. Both NULL: only counts. */
 SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
 {
-    const springls__grid *g = &c->shown;
+    const springls__grid *g = &c->published;
     float tile[SPRINGLS__TILE_VOXELS];
-    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
     int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
     springls__cube_range range;
     chunk->vertex_count = chunk->triangle_count = 0;
@@ -13616,27 +13832,32 @@ SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
 }
 
-/* Its arrays are there; positions hold voxels, then the world. */
+/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
+SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+{
+    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+    springls__v3 a = nearest >= 0 ? springls__correspondence_at(&ctx->model, nearest, x) : x;
+    springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * vertex);
+    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+}
+
+/* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
 SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
 {
-    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
-    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
     for (i = 0; i < chunk->vertex_count; i++) {
-        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        springls__v3 x = vertex[i];
+        springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) {
-            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
-            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
-            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
-        }
+        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
-        uint16_t one = chunk->triangles[3 * i + 1];
+        uint16_t corner = chunk->triangles[3 * i + 1];
         chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
-        chunk->triangles[3 * i + 2] = one;
+        chunk->triangles[3 * i + 2] = corner;
     }
 }
 
@@ -13646,14 +13867,14 @@ SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
 }
 
-/* The dirty bricks as chunks without arrays. */
+/* Writes c->chunk, a chunk without arrays for each dirty brick, and their number. */
 SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const springls__grid *g = &c->shown;
+    const springls__grid *g = &c->published;
     int bricks = (int)springls__brick_count(g), i, n = 0;
     for (i = 0; i < bricks; i++) n += c->dirty[i];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
-    c->chunk = (springls_chunk *)c->chunks.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
@@ -13665,40 +13886,43 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     return SPRINGLS_OK;
 }
 
-/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
-SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+/* Allocates the arrays of all counted chunks and gives each chunk its part. Leaves out chunks that have no triangle and had
+   none. */
+SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const size_t words = c->desc.correspondences ? 10 : 6; /* a vertex */
+    const size_t words = c->desc.correspondences ? 10 : 6; /* floats a vertex; an id takes one */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < *count; i++) {
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])])
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
             c->chunk[n++] = c->chunk[i];
     }
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
     *count = n;
     vertices = corners = 0;
     for (i = 0; i < n; i++) {
         springls_chunk *chunk = &c->chunk[i];
         size_t v = (size_t)chunk->vertex_count;
         if (!v) continue;
-        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->positions = (float *)c->vertex_memory.data + vertices * words;
         chunk->normals = chunk->positions + 3 * v;
         if (c->desc.correspondences) {
             chunk->correspondences = chunk->normals + 3 * v;
             chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
         }
-        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        chunk->triangles = (uint16_t *)c->corner_memory.data + corners;
         vertices += v;
         corners += 3 * (size_t)chunk->triangle_count;
     }
     return SPRINGLS_OK;
 }
 
+/* Publishes what has changed and meshes it: writes c->chunk and the number of changed chunks. dirty stays set on failure, so
+   that the next call lists these chunks. */
 SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
 {
     springls__chunk_job job;
@@ -13708,18 +13932,18 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     SPRINGLS__TRY(springls__use_host(ctx, false));
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
-    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    springls__parallel(ctx, listed, 16, springls__publish_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
-    springls__drop_shown(ctx, c, listed);
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+    springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
-    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
-    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    memset(c->dirty, 0, springls__brick_count(&c->published));
     for (i = 0; i < *count; i++) {
         const int *b = c->chunk[i].brick;
-        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+        c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
     }
     return SPRINGLS_OK;
 }
@@ -15603,7 +15827,8 @@ static const char *const springls__kernel_lines[] = {
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
     "#line 1482 \"springls.h\"\n",
-    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */\n",
+    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
+    "   voxels. */\n",
     "\n",
     "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
     "\n",
@@ -15631,7 +15856,8 @@ static const char *const springls__kernel_lines[] = {
     "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
     "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
     "\n",
-    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */\n",
+    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are\n",
+    "   left. */\n",
     "typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;\n",
     "\n",
     "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
@@ -15674,10 +15900,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1555 \"springls.h\"\n",
+    "#line 1557 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
-    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a\n",
-    "   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
+    "   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
     "\n",
     "/* Lists the roles that kernels use. */\n",
     "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
@@ -15755,7 +15981,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1637 \"springls.h\"\n",
+    "#line 1639 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -15825,18 +16051,18 @@ static const char *const springls__kernel_lines[] = {
     "  }\n",
     "#endif\n",
     "\n",
-    "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
+    "/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */\n",
     "SPRINGLS__MATHS float springls__floor(float x)\n",
     "{\n",
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1714 \"springls.h\"\n",
+    "#line 1716 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
-    "/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */\n",
+    "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
     "#define springls__broadcast(x) (x)\n",
     "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
     "#define springls__any(where) (where)\n",
@@ -15847,9 +16073,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1731 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 1733 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -15862,7 +16088,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1747 \"springls.h\"\n",
+    "#line 1749 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15905,7 +16131,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -15931,8 +16157,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -15986,7 +16212,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1871 \"springls.h\"\n",
+    "#line 1873 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16004,7 +16230,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
-    "/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
+    "/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
     "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
@@ -16012,10 +16238,10 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1898 \"springls.h\"\n",
-    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
-    "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
-    "   the same order: the bits are the same for every width. */\n",
+    "#line 1900 \"springls.h\"\n",
+    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
+    "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
+    "   single number in the same order, so every width gives the same bits. */\n",
     "\n",
     "#if defined(__OPENCL_VERSION__)\n",
     "\n",
@@ -16084,7 +16310,12 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)\n",
+    "{\n",
+    "    return *(const springls__vec_anywhere *)(const void *)from;\n",
+    "}\n",
+    "\n",
+    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16098,7 +16329,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
     "}\n",
     "\n",
-    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "/* Returns a < b ? a : b, the second where they are equal or not ordered. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
     "{\n",
     "#if defined(SPRINGLS__SIMD)\n",
@@ -16159,9 +16390,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2046 \"springls.h\"\n",
+    "#line 2053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16174,7 +16405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2061 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16217,7 +16448,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16243,8 +16474,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16298,13 +16529,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2185 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "\n",
+    "/* A table for springls__vec_from. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
-    "/* Returns first, first + 1, ...: places along a row of eight. */\n",
+    "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2200 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16316,9 +16548,9 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2204 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2212 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16331,7 +16563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2220 \"springls.h\"\n",
+    "#line 2228 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16349,7 +16581,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16357,8 +16589,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16375,9 +16607,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2264 \"springls.h\"\n",
+    "#line 2272 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16390,7 +16622,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2279 \"springls.h\"\n",
+    "#line 2287 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16408,7 +16640,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16416,8 +16648,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16434,9 +16666,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2323 \"springls.h\"\n",
+    "#line 2331 \"springls.h\"\n",
     "\n",
-    "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
+    "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
@@ -16506,9 +16738,9 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2395 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2403 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16521,8 +16753,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2411 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2419 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16532,7 +16764,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16545,22 +16777,26 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them, with what follows from q and p. */\n",
+    "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    float number[16][SPRINGLS__WIDTH];\n",
@@ -16580,9 +16816,9 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2470 \"springls.h\"\n",
+    "#line 2482 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16595,8 +16831,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2485 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2497 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16606,7 +16842,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16619,22 +16855,26 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them, with what follows from q and p. */\n",
+    "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    float number[16][SPRINGLS__WIDTH];\n",
@@ -16654,14 +16894,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2545 \"springls.h\"\n",
-    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "#line 2561 \"springls.h\"\n",
+    "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
     "   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:\n",
     "   X(NAME, element type, elements that belong together, struct of the model, member). */\n",
     "\n",
-    "/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */\n",
+    "/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */\n",
     "#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \\\n",
     "    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \\\n",
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
@@ -16682,13 +16922,13 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
     "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
     "\n",
-    "/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */\n",
+    "/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */\n",
     "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
     "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
     "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
@@ -16698,22 +16938,23 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what a device needs to move springls by itself (advect.h). */\n",
+    "/* Lists what moves springls on a device (advect.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
     "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
-    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \\\n",
-    "    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \\\n",
+    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \\\n",
+    "    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \\\n",
+    "    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \\\n",
     "    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])\n",
     "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
     "    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \\\n",
     "    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \\\n",
     "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
     "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
-    "    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */\n",
+    "    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */\n",
     "\n",
     "/* Lists all arrays. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                      \\\n",
@@ -16758,15 +16999,15 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__RESHAPE 2\n",
     "#define SPRINGLS__UNDECIDED 3\n",
     "\n",
-    "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
-    "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
+    "/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,\n",
+    "   far outside and far inside, so that every brick of the top table can be read without a test. */\n",
     "#define SPRINGLS__BRICK 8\n",
     "#define SPRINGLS__BRICK_VOXELS 512\n",
     "#define SPRINGLS__OUTSIDE 0\n",
     "#define SPRINGLS__INSIDE 1\n",
     "#define SPRINGLS__FIRST_SLOT 2\n",
-    "#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */\n",
-    "#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */\n",
+    "#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */\n",
+    "#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */\n",
     "\n",
     "typedef struct springls__grid {\n",
     "    int size[3];            /* voxels                                                                */\n",
@@ -16776,7 +17017,7 @@ static const char *const springls__kernel_lines[] = {
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "} springls__grid;\n",
     "\n",
-    "/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */\n",
+    "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
     "typedef struct springls__cell_list {\n",
     "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
@@ -16793,7 +17034,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "} springls__work_arrays;\n",
     "\n",
-    "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
+    "/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */\n",
     "#define SPRINGLS__ROWS 64\n",
     "\n",
     "typedef struct springls__group { int item, items; } springls__group;\n",
@@ -16828,10 +17069,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
-    "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
-    "\n",
-    "/* The numbers that one run of a kernel is given besides. */\n",
-    "typedef struct springls__job { int i[4]; float f[4]; } springls__job;\n",
+    "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
     "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
@@ -16849,10 +17087,16 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }\n",
+    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)\n",
+    "{\n",
+    "    return springls__tri_normal(springls__springl_tri(s));\n",
+    "}\n",
     "\n",
-    "/* Does springl i lie at a sharp edge that is to be kept? */\n",
-    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
+    "/* Returns true when springl i lies at a sharp edge that is to be kept. */\n",
+    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->params.keep_edges && model->set.edge[i];\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
     "\n",
@@ -16882,7 +17126,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
-    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
+    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,\n",
+    "                                           uint32_t generation, uint8_t mask)\n",
     "{\n",
     "    springls__record record;\n",
     "    record.s = s;\n",
@@ -16895,14 +17140,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* phi has been made to follow the springls. */\n",
+    "/* Marks particle i as one that phi follows: notes its place. */\n",
     "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH7: how far a particle has come since then, squared. */\n",
+    "/* Finds how far particle i has come since then, squared. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -16948,11 +17193,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2840 \"springls.h\"\n",
+    "#line 2861 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
-    "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
-    "   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */\n",
+    "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the object\n",
+    "   ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */\n",
     "\n",
     "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
     "\n",
@@ -16992,16 +17237,17 @@ static const char *const springls__kernel_lines[] = {
     "    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;\n",
     "}\n",
     "\n",
-    "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
+    "/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit\n",
     "   (dx+1) + 3(dy+1) + 9(dz+1). */\n",
-    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)\n",
+    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z,\n",
+    "                                                        bool last_z)\n",
     "{\n",
     "    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;\n",
     "    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);\n",
     "    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);\n",
     "}\n",
     "\n",
-    "/* Value at a voxel of the domain. */\n",
+    "/* Returns the value at a voxel of the domain. */\n",
     "SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
     "{\n",
     "    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];\n",
@@ -17012,7 +17258,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];\n",
     "}\n",
     "\n",
-    "/* phi at any voxel; beyond the domain by the border rule above. */\n",
+    "/* Returns phi at any voxel, by the border rule beyond the domain. */\n",
     "SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
     "{\n",
     "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),\n",
@@ -17020,7 +17266,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
-    "/* Trilinear value at x, the border rule included. */\n",
+    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
     "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
@@ -17041,7 +17287,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, u, v, w);\n",
     "}\n",
     "\n",
-    "/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */\n",
+    "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each axis. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
@@ -17055,7 +17301,7 @@ static const char *const springls__kernel_lines[] = {
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
-    "/* Gradient of the trilinear values by central differences over one voxel. */\n",
+    "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
     "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
@@ -17067,7 +17313,7 @@ static const char *const springls__kernel_lines[] = {
     "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
     "}\n",
     "\n",
-    "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
+    "/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */\n",
     "#define SPRINGLS__TILE 10\n",
     "#define SPRINGLS__TILE_VOXELS 1000\n",
     "\n",
@@ -17076,7 +17322,13 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
-    "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
+    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "SPRINGLS__MATHS int springls__tile_step(int d)\n",
+    "{\n",
+    "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
+    "}\n",
+    "\n",
+    "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -17084,7 +17336,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool border;\n",
     "    springls__slot_origin(g, slot, o);\n",
     "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
-    "    SPRINGLS__BARRIER; /* whoever still reads what was in it */\n",
+    "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
     "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
     "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
     "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
@@ -17118,20 +17370,21 @@ static const char *const springls__kernel_lines[] = {
     "    return v;\n",
     "}\n",
     "\n",
-    "/* Return the smallest and the largest of the six neighbours. */\n",
+    "/* Returns the smallest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
+    "/* Returns the largest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
-    "/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */\n",
+    "/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
     "{\n",
     "    springls__vmask inside = c < 0.0f;\n",
@@ -17144,7 +17397,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
     "}\n",
     "\n",
-    "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
+    "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
     "#define SPRINGLS__WIDE_MARGIN 3\n",
     "#define SPRINGLS__WIDE 14\n",
     "#define SPRINGLS__WIDE_VOXELS 2744\n",
@@ -17156,8 +17409,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
     "} springls__wide_tile;\n",
     "\n",
-    "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
-    "   items must. */\n",
+    "/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,\n",
+    "   which loads nothing. */\n",
     "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
@@ -17187,7 +17440,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
-    "/* Trilinear value at x, in voxels from the brick's first one. */\n",
+    "/* Interpolates at x, in voxels from the brick's first one, trilinear. */\n",
     "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
@@ -17246,8 +17499,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 lower = s.q[0], upper = s.q[0];\n",
     "    int m;\n",
     "    for (m = 1; m < 3; m++) {\n",
-    "        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));\n",
-    "        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));\n",
+    "        springls__v3 q = s.q[m];\n",
+    "        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));\n",
+    "        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));\n",
     "    }\n",
     "    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);\n",
     "    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);\n",
@@ -17316,7 +17570,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3239 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17325,9 +17579,9 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3218 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 3248 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17340,7 +17594,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3234 \"springls.h\"\n",
+    "#line 3264 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17348,13 +17602,14 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3246 \"springls.h\"\n",
+    "#line 3277 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17367,7 +17622,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3292 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17375,11 +17630,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3273 \"springls.h\"\n",
+    "#line 3305 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17468,7 +17724,8 @@ static const char *const springls__kernel_lines[] = {
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)\n",
+    "        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
     "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
@@ -17576,11 +17833,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3832 \"springls.h\"\n",
-    "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
-    "   `large` instead, so that one huge triangle does not widen every search. */\n",
+    "#line 3865 \"springls.h\"\n",
+    "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius is\n",
+    "   listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
-    "/* The cell of a voxel within its brick. */\n",
+    "/* Returns the cell of a voxel within its brick. */\n",
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
     "{\n",
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
@@ -17616,7 +17873,7 @@ static const char *const springls__kernel_lines[] = {
     "    return walk;\n",
     "}\n",
     "\n",
-    "/* The next springl, or -1 at the end. */\n",
+    "/* Returns the next springl; -1 at the end. */\n",
     "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
     "{\n",
     "    while (walk->next == walk->end) {\n",
@@ -17643,14 +17900,14 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->cells->ids[walk->next++];\n",
     "}\n",
     "\n",
-    "/* All springls whose particle may lie within r of x, and some more. */\n",
+    "/* Begins a walk over all springls whose particle may lie within r of x, and some more. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
     "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
     "}\n",
     "\n",
-    "/* All springls of which some point may lie within `radius` of the box. */\n",
+    "/* Begins a walk over all springls of which some point may lie within `radius` of the box. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
     "                                                               springls__v3 upper, float radius)\n",
     "{\n",
@@ -17659,20 +17916,22 @@ static const char *const springls__kernel_lines[] = {
     "                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
     "}\n",
     "\n",
-    "/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */\n",
+    "/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */\n",
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
+    "/* Finds the cell of particle i, counted through all slots. */\n",
     "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float reach_cap = 2.5f; /* twice that of a springl about to be split */\n",
+    "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
+    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u; /* one late, to be scanned */\n",
     "    (void)args;\n",
-    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY\n",
-    "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
+    "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
+    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
@@ -17724,7 +17983,8 @@ static const char *const springls__kernel_lines[] = {
     "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;\n",
     "}\n",
     "\n",
-    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */\n",
+    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around\n",
+    "   counts. */\n",
     "SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)\n",
     "{\n",
     "    uint32_t mask = 0;\n",
@@ -17748,7 +18008,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4005 \"springls.h\"\n",
+    "#line 4041 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17771,7 +18031,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,\n",
     "                                             float radius2, float d2[8], float edge[8])\n",
     "{\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };\n",
+    "    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m += SPRINGLS__LANES) {\n",
     "        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);\n",
@@ -17788,7 +18049,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
+    "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
+    "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];\n",
@@ -17812,14 +18074,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (other == n) continue;\n",
     "        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;\n",
     "        within = radius + o->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
+    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
+    "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
-    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
-    "                                                     d2[m], 3 * other + (int)edge[m]);\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],\n",
+    "                                                     room, d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -17828,10 +18091,10 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4086 \"springls.h\"\n",
-    "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
+    "#line 4125 \"springls.h\"\n",
+    "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
-    "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
+    "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
     "SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)\n",
     "{\n",
     "    springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);\n",
@@ -17839,16 +18102,17 @@ static const char *const springls__kernel_lines[] = {
     "    return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;\n",
     "}\n",
     "\n",
-    "/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */\n",
+    "/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */\n",
     "SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)\n",
     "{\n",
-    "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);\n",
+    "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);\n",
+    "    float c = springls__corner_cosine(t.c, t.a, t.b);\n",
     "    float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));\n",
     "    float area2 = springls__length2(springls__tri_area2(t));\n",
     "    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;\n",
     "}\n",
     "\n",
-    "/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */\n",
+    "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction `toward`. */\n",
     "SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)\n",
     "{\n",
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
@@ -17865,27 +18129,28 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a\n",
-    "   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi cannot\n",
+    "   represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */\n",
     "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
-    "    const float reach = 1.6f, aside = 1.0f;\n",
+    "    const float range = 1.6f, aside = 1.0f; /* voxels */\n",
     "    float depth = -springls__dot(d, n), d2 = springls__length2(d);\n",
-    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;\n",
+    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* 1 when it is beside the springl, on the same side or round the sheet's rim. */\n",
+    "/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */\n",
     "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
-    "    const float reach = 1.5f;\n",
-    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
+    "    const float range = 1.5f; /* voxels */\n",
+    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;\n",
     "}\n",
     "\n",
-    "/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the\n",
-    "   grid are far from the zero level. */\n",
+    "/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are far\n",
+    "   from the zero level. */\n",
     "SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
+    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),\n",
+    "                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
     "                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));\n",
     "    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));\n",
     "}\n",
@@ -17896,9 +18161,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
-    "   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of\n",
-    "   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */\n",
+    "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
+    "   there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front of either;\n",
+    "   in front of springls left over where two bodies have merged it is inside. */\n",
     "SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, ahead = 1.5f;\n",
@@ -17913,7 +18178,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;\n",
     "        if (other == i || springls__length2(d) > r * r) continue;\n",
-    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */\n",
+    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */\n",
     "        m = springls__springl_normal(model->set.s[other]);\n",
     "        if (springls__is_far_side(d, n, m)) return true;\n",
     "        beside += springls__is_beside(d, n, m);\n",
@@ -17922,32 +18187,33 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes\n",
-    "   the projection hold phi near zero. */\n",
+    "/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near\n",
+    "   zero in the projection. */\n",
     "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
     "{\n",
     "    const float ahead = 0.75f, deep = -0.2f;\n",
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
+    "    springls__tri t = springls__springl_tri(s);\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    *fate = SPRINGLS__KEEP;\n",
-    "    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,\n",
-    "                                                           model->params.min_area))\n",
-    "        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
+    "    *action = SPRINGLS__KEEP;\n",
+    "    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;\n",
+    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;\n",
+    "    else if (!model->set.mask[i]\n",
+    "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
+    "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "/* A good shape about the same particle, which keeps its exact path and correspondence. */\n",
+    "/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */\n",
     "SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */\n",
+    "    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
     "    springls__v3 area2 = springls__tri_area2(t), n;\n",
@@ -17960,9 +18226,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.\n",
-    "   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */\n",
-    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed. It\n",
+    "   stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -17974,9 +18240,9 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        bool older = model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
-    "        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
+    "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
     "    return decided;\n",
@@ -17984,23 +18250,23 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);\n",
-    "    uint8_t now = fate[i];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);\n",
+    "    uint8_t current = action[i];\n",
     "    (void)args;\n",
-    "    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
+    "    springls__next_contract_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, action, i) : current;\n",
     "}\n",
     "\n",
-    "/* All that are kept so far are undecided. */\n",
+    "/* Makes springl i undecided unless it is removed already. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4256 \"springls.h\"\n",
+    "#line 4298 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
-    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
+    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
     "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
     "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
     "{\n",
@@ -18034,7 +18300,7 @@ static const char *const springls__kernel_lines[] = {
     "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
     "\n",
-    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
     "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
     "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -18042,13 +18308,15 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec c = springls__vec_load(phi + i);\n",
     "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside))\n",
-    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        if (springls__vec_any(inside)) {\n",
+    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "            c = springls__vec_select(inside, next, c);\n",
+    "        }\n",
     "        springls__vec_store(out + i, c);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi and omega. */\n",
+    "/* Writes phi_next of a brick from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18065,15 +18333,15 @@ static const char *const springls__kernel_lines[] = {
     "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
     "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
     "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
     "            out[x] += step * lambda * springls__curvature_motion(block);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4330 \"springls.h\"\n",
+    "#line 4374 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "/* Returns the angle of (x, y) in (-pi, pi], 0 at the origin; absolute error below 5e-7. */\n",
     "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
     "{\n",
     "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
@@ -18087,7 +18355,7 @@ static const char *const springls__kernel_lines[] = {
     "    return y < 0.0f ? -a : a;\n",
     "}\n",
     "\n",
-    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
     "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
@@ -18096,7 +18364,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4357 \"springls.h\"\n",
+    "#line 4401 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -18165,7 +18433,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4427 \"springls.h\"\n",
+    "#line 4471 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18287,7 +18555,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4550 \"springls.h\"\n",
+    "#line 4594 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18340,25 +18608,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4604 \"springls.h\"\n",
+    "#line 4648 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
-    "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
+    "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
     "\n",
-    "/* Cosine of the angle from which on two normals are those of different sheets. */\n",
+    "/* Two normals are of the same sheet where the cosine of the angle between them is larger. */\n",
     "#define SPRINGLS__SAME_SHEET 0.4f\n",
     "\n",
-    "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
-    "   with it. edge: 1 at a crease. */\n",
+    "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
     "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
     "\n",
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4620 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 4663 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18371,7 +18638,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4636 \"springls.h\"\n",
+    "#line 4679 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18382,9 +18649,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4647 \"springls.h\"\n",
+    "#line 4690 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18397,7 +18664,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4662 \"springls.h\"\n",
+    "#line 4705 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18408,12 +18675,13 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4673 \"springls.h\"\n",
+    "#line 4716 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
-    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,\n",
+    "                                                               springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
@@ -18429,10 +18697,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
     "\n",
-    "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
-    "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
-    "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
-    "   side of the voxel, the less certain is the bend of the surface in between. */\n",
+    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
+    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
+    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
+    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
+    "   between. */\n",
     "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
@@ -18460,19 +18729,20 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus\n",
-    "   twice far_value. */\n",
+    "/* Returns the mark of a voxel whose side is unknown, because the surface may have passed it: its value twice far_value\n",
+    "   further out, beyond every distance. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
+    "/* Returns where phi bears that mark. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
     "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
     "}\n",
     "\n",
-    "/* Returns the old value where the side is unknown, else phi. */\n",
+    "/* Returns phi without the mark of an unknown side. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)\n",
     "{\n",
     "    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);\n",
@@ -18485,8 +18755,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);\n",
     "}\n",
     "\n",
-    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from\n",
-    "   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */\n",
+    "/* Returns a value for voxels whose side is unknown: the side of the sum of the neighbours' values, one voxel further from the\n",
+    "   surface than the nearest neighbour. The side stays unknown where the sum is no larger than min_sum. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)\n",
     "{\n",
     "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
@@ -18500,14 +18770,14 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
     "}\n",
     "\n",
-    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and\n",
+    "/* Returns whether a springl of normal n votes the voxel at d from its particle inside: behind it by less than `depth`, and\n",
     "   not far aside. */\n",
     "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4773 \"springls.h\"\n",
+    "#line 4819 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18917,16 +19187,16 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5184 \"springls.h\"\n",
+    "#line 5230 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
-    "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
+    "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)\n",
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
     "\n",
-    "/* eq. 26. */\n",
+    "/* Projects a onto the original surface (eq. 26). */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)\n",
     "{\n",
     "    const springls__grid *g = &model->reference;\n",
@@ -18937,7 +19207,7 @@ static const char *const springls__kernel_lines[] = {
     "    return a;\n",
     "}\n",
     "\n",
-    "/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
+    "/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
     "SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)\n",
     "{\n",
     "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));\n",
@@ -18947,9 +19217,9 @@ static const char *const springls__kernel_lines[] = {
     "    return d2;\n",
     "}\n",
     "\n",
-    "/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when\n",
-    "   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)\n",
+    "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's when\n",
+    "   that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    float radius = model->params.neighbor_radius;\n",
@@ -18962,7 +19232,7 @@ static const char *const springls__kernel_lines[] = {
     "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "            float d2;\n",
     "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
-    "                continue; /* the far sheet */\n",
+    "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
@@ -18979,7 +19249,7 @@ static const char *const springls__kernel_lines[] = {
     "    return s.p;\n",
     "}\n",
     "\n",
-    "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
+    "/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
@@ -19002,7 +19272,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    result = springls__fit_end(fit);\n",
     "    if (!result.ok) return result;\n",
-    "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
+    "    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */\n",
     "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
     "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
     "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
@@ -19015,15 +19285,16 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5283 \"springls.h\"\n",
-    "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
+    "#line 5329 \"springls.h\"\n",
+    "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
-    "/* A springl to be. */\n",
+    "/* A springl to add. */\n",
     "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
     "\n",
-    "/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */\n",
+    "/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */\n",
     "#define SPRINGLS__SEED_DISTANCE 0.7f\n",
-    "#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */\n",
+    "/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */\n",
+    "#define SPRINGLS__SEED_RANGE 1.85f\n",
     "\n",
     "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
@@ -19044,7 +19315,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */\n",
+    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */\n",
     "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
@@ -19053,28 +19324,28 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
-    "        weight += say.weight;\n",
-    "        value += say.weight * say.distance * say.distance;\n",
+    "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        weight += estimate.weight;\n",
+    "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
     "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
     "}\n",
     "\n",
-    "/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface\n",
-    "   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */\n",
+    "/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface that the\n",
+    "   springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
     "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
-    "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
+    "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
-    "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
-    "    x = springls__mad(s->p, opening.middle, away);\n",
+    "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
+    "    x = springls__mad(s->p, gap.middle, away);\n",
     "    if (!springls__has_room(model, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
@@ -19088,7 +19359,7 @@ static const char *const springls__kernel_lines[] = {
     "    return seed;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
+    "/* Finds the seed beside springl i, if any. */\n",
     "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__seed seed = springls__seed_beside(model, i);\n",
@@ -19097,20 +19368,20 @@ static const char *const springls__kernel_lines[] = {
     "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
-    "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
+    "/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all\n",
+    "   earlier seeds near it are decided. */\n",
     "SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);\n",
     "    springls__seed seed = seeds[i];\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        if (other >= i || fate[other] == SPRINGLS__REMOVE\n",
+    "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
     "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
     "    return decided;\n",
@@ -19118,20 +19389,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint8_t now = springls__seed_action(model)[i];\n",
+    "    uint8_t current = springls__seed_action(model)[i];\n",
     "    (void)args;\n",
-    "    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;\n",
+    "    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
+    "/* Flags seed i in seed_number when it is kept. */\n",
     "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__seed_number(model)[i] =\n",
-    "        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* The first job.i[0] accepted seeds become springls. */\n",
+    "/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */\n",
     "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
@@ -19144,7 +19414,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5413 \"springls.h\"\n",
+    "#line 5459 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19331,14 +19601,15 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5601 \"springls.h\"\n",
+    "#line 5647 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
-    "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
-    "   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */\n",
-    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)\n",
+    "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet, within\n",
+    "   `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float r = springls__max(on_sheets, covered);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
@@ -19346,8 +19617,8 @@ static const char *const springls__kernel_lines[] = {
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float reach = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        float within = r + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
     "        if (nearest2 <= covered * covered) return false;\n",
@@ -19356,16 +19627,30 @@ static const char *const springls__kernel_lines[] = {
     "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
     "\n",
-    "#define SPRINGLS__CUBES 729 /* a brick */\n",
+    "#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */\n",
     "\n",
-    "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
+    "/* Returns the exposed triangles of a cube: bit k for the k-th one. */\n",
+    "SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,\n",
+    "                                                     springls__mc_cell cell, int x, int y, int z,\n",
+    "                                                     springls__exposure_arguments distance)\n",
+    "{\n",
+    "    int mask = springls__mc_case(cell), k;\n",
+    "    uint32_t bits = 0u;\n",
+    "    for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);\n",
+    "        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;\n",
+    "    }\n",
+    "    return bits;\n",
+    "}\n",
+    "\n",
+    "/* Finds the exposed triangles of active brick i, and how many they are. */\n",
     "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    uint32_t count = 0u;\n",
-    "    int x, y, z, k, row;\n",
+    "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
@@ -19375,20 +19660,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
     "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
     "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
-    "            int mask = springls__mc_case(cell);\n",
-    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
-    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,\n",
-    "                                           args.exposure.covered_on_sheets)) continue;\n",
-    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
-    "                count++;\n",
-    "            }\n",
+    "            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);\n",
+    "            exposed[9 * row + x + 1] = (uint8_t)bits;\n",
+    "            for (; bits; bits &= bits - 1u) count++;\n",
     "        }\n",
     "    }\n",
     "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
-    "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
+    "/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */\n",
     "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
@@ -19403,7 +19683,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
     "            if (!(exposed[cube] >> k & 1)) continue;\n",
-    "            if (at >= args.insert.count) return; /* no more room, maybe since another brick */\n",
+    "            if (at >= args.insert.count) return;\n",
     "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
     "            p = springls__tri_centroid(t);\n",
     "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
@@ -19411,12 +19691,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
+    "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int first = args.fit.first, n = first + i, m;\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
+    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -19427,9 +19707,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    model->set.s[n] = s;\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
-    "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
+    "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5700 \"springls.h\"\n",
+    "#line 5756 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19487,8 +19767,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its\n",
-    "   normal (0: none is near). */\n",
+    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and\n",
+    "   the normal there (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -19512,7 +19792,8 @@ static const char *const springls__kernel_lines[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */\n",
+    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
+    "   first. */\n",
     "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
@@ -19536,8 +19817,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another\n",
-    "   sheet. */\n",
+    "/* Adds one springl to the moments of the eight voxels from number `row` on, where it is of the same sheet as the nearest springl;\n",
+    "   offset: from the particle to the first. */\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
@@ -19563,10 +19844,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
+    "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* The first and the last of them that it comes near. */\n",
+    "/* Return the first and the last voxel of the brick that it comes near. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
@@ -19594,7 +19875,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
+    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -19625,7 +19906,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
+    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               springls__v3 x, float *phi)\n",
     "{\n",
@@ -19650,7 +19931,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
     "                                             springls__v3 normal)\n",
     "{\n",
@@ -19667,9 +19948,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
-    "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
-    "   thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
+    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
+    "   break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -19689,8 +19970,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
-    "/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the\n",
-    "   longest displacement of any. */\n",
+    "/* Writes phi_next of a brick from phi and the springls around, and has_unknown_side. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -19724,7 +20004,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
-    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */\n",
+    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
     "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,\n",
     "                                                SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -19740,8 +20020,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that\n",
-    "   counts; job.i[0]: it is the last time, and who is left takes the old value. */\n",
+    "/* Writes omega of a brick from phi_next: voxels whose side is unknown take it from their neighbours. */\n",
     "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -19759,8 +20038,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller\n",
-    "   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */\n",
+    "/* Writes phi of a row of eight voxels without specks, bubbles or crumbs smaller than the grid resolves: a voxel alone\n",
+    "   among neighbours of the other side takes the value nearest to 0 of them. Returns whether there was one; phi points into\n",
+    "   a tile. */\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
@@ -19794,11 +20074,11 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6066 \"springls.h\"\n",
+    "#line 6122 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
-    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
+    "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
+    "   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
     "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
@@ -19807,8 +20087,8 @@ static const char *const springls__kernel_lines[] = {
     "    return slope * slope;\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
-    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
+    "/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from\n",
+    "   10 % on in full: so repeated rebuilding does not move what is a distance already. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
     "{\n",
     "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
@@ -19818,7 +20098,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
     "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
@@ -19828,14 +20108,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
     "    int i;\n",
     "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        springls__vec v = springls__vec_load(phi + springls__tile_step(i));\n",
     "        lo = springls__vec_min(lo, v);\n",
     "        hi = springls__vec_max(hi, v);\n",
     "    }\n",
     "    return springls__crosses(c, lo, hi);\n",
     "}\n",
     "\n",
-    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
+    "/* Returns |c| in [NEAR, far_value] on the side of c: a first guess where the distance is to come from the neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
     "{\n",
     "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
@@ -19870,7 +20150,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -19896,7 +20177,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
+    "/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */\n",
     "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -19909,7 +20190,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
-    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
+    "/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */\n",
     "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -19943,7 +20224,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6216 \"springls.h\"\n",
+    "#line 6273 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -19971,9 +20252,9 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6244 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 6301 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -19986,7 +20267,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6260 \"springls.h\"\n",
+    "#line 6317 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20070,8 +20351,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20087,7 +20369,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20106,7 +20388,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20154,9 +20436,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6428 \"springls.h\"\n",
+    "#line 6486 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20169,7 +20451,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6443 \"springls.h\"\n",
+    "#line 6501 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20253,8 +20535,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20270,7 +20553,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20289,7 +20572,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20337,9 +20620,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6611 \"springls.h\"\n",
+    "#line 6670 \"springls.h\"\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls; a masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -20347,7 +20630,7 @@ static const char *const springls__kernel_lines[] = {
     "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
-    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
     "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
     "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
@@ -20373,10 +20656,10 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6648 \"springls.h\"\n",
+    "#line 6707 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
-    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
+    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
     "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
     "{\n",
     "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
@@ -20391,26 +20674,26 @@ static const char *const springls__kernel_lines[] = {
     "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
     "}\n",
     "\n",
-    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
+    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its orientation. */\n",
     "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
     "{\n",
     "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, part;\n",
+    "    springls__tri turned = t, child;\n",
     "    springls__v3 middle;\n",
     "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
     "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
     "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    part.a = second ? middle : turned.a;\n",
-    "    part.b = second ? turned.b : middle;\n",
-    "    part.c = turned.c;\n",
-    "    return part;\n",
+    "    child.a = second ? middle : turned.a;\n",
+    "    child.b = second ? turned.b : middle;\n",
+    "    child.c = turned.c;\n",
+    "    return child;\n",
     "}\n",
     "\n",
-    "/* A springl that has been split in two; and where the halves have to go. */\n",
+    "/* Half of a springl that is split. */\n",
     "typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;\n",
     "\n",
-    "/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and\n",
-    "   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */\n",
+    "/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
+    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
     "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
     "{\n",
     "    springls__half child;\n",
@@ -20420,15 +20703,13 @@ static const char *const springls__kernel_lines[] = {
     "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
     "    child.a = model->set.a[i];\n",
     "    child.pad = 0.0f;\n",
-    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
-    "        if (fit.ok) {\n",
-    "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "            child.s.p = fit.point;\n",
-    "            child.s = springls__springl_finished(child.s);\n",
-    "            child.a = springls__project_on_original(model, fit.a);\n",
-    "        }\n",
-    "    }\n",
+    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
+    "    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    if (!fit.ok) return child;\n",
+    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "    child.s.p = fit.point;\n",
+    "    child.s = springls__springl_finished(child.s);\n",
+    "    child.a = springls__project_on_original(model, fit.a);\n",
     "    return child;\n",
     "}\n",
     "\n",
@@ -20438,56 +20719,59 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
+    "/* Flags springl i in split_number when it is to be split. */\n",
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model,\n",
-    "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
-    "                                                                                     : 0u;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
+    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
+    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
+    "{\n",
+    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
+    "        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));\n",
+    "}\n",
+    "\n",
+    "/* Splits springl i into halves, stored by its number. */\n",
     "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);\n",
-    "    uint32_t at = springls__split_number(model)[i];\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
-    "    halves[2u * at] = springls__child_of(model, i, 0);\n",
-    "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
+    "    uint32_t n = springls__split_number(model)[i];\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
+    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
+    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);\n",
-    "    uint32_t at = springls__split_number(model)[i];\n",
+    "    uint32_t number = springls__split_number(model)[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
     "    springls__half first, second;\n",
-    "    int n = model->set.count + (int)at;\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
-    "    first = halves[2u * at];\n",
-    "    second = halves[2u * at + 1u];\n",
+    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
+    "    int n = model->set.count + (int)number;\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    first = springls__split_halves(model)[2u * number];\n",
+    "    second = springls__split_halves(model)[2u * number + 1u];\n",
     "    model->set.generation[i]++;\n",
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model,\n",
-    "                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
+    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6755 \"springls.h\"\n",
+    "#line 6815 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
-    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
     "\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
     "\n",
-    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
+    "/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
     "{\n",
     "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
@@ -20503,33 +20787,33 @@ static const char *const springls__kernel_lines[] = {
     "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
     "}\n",
     "\n",
-    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
-    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are 6-connected\n",
+    "   through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face neighbors count. */\n",
     "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int faces = mask27 & 0x0415410u;\n",
     "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = (springls__mask27_spread_x(component) | springls__mask27_spread_y(component) | springls__mask27_spread_z(component)) & near18;\n",
     "    }\n",
-    "    return faces != 0u && (faces & ~part) == 0u;\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
     "}\n",
     "\n",
-    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
     "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
     "    }\n",
-    "    return outside != 0u && part == outside;\n",
+    "    return outside != 0u && component == outside;\n",
     "}\n",
     "\n",
-    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
     "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
@@ -20544,8 +20828,8 @@ static const char *const springls__kernel_lines[] = {
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
-    "   live in phi, which receives what is granted of what phi_next asks for. */\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x, y and\n",
+    "   z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
     "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -20562,11 +20846,11 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "}\n",
     "\n",
-    "/* What was not granted is taken out of phi_next. */\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
     "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int x;\n",
@@ -20574,11 +20858,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6851 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "#line 6911 \"springls.h\"\n",
+    "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
-    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
-    "   and radius, comes closer than row[i]. */\n",
+    "/* Lowers row[i], i = 0..7, to the distance from (x + i, y, z) to the springl of the plan, where its bounding sphere (center,\n",
+    "   radius) comes closer than row[i]. */\n",
     "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
     "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
@@ -20594,7 +20878,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
     "{\n",
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
@@ -20648,7 +20932,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6926 \"springls.h\"\n",
+    "#line 6986 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20791,8 +21075,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
-    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
-    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so\n",
+    "   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
     "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
@@ -20800,8 +21084,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
-    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding\n",
+    "   sphere (center, radius) is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
     "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -20809,13 +21093,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;\n",
     "        springls__vmask counts;\n",
     "        at.x = (float)x + springls__vec_from(i);\n",
     "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
     "        counts = (nearest < capture) & (d2 < within * within);\n",
     "        if (!springls__vec_any(counts)) continue;\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
+    "        vote = springls__vec_select(counts, springls__side(plan, at), zero);\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + vote);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -20879,7 +21164,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7158 \"springls.h\"\n",
+    "#line 7219 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -21134,73 +21419,76 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7414 \"springls.h\"\n",
-    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
-    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
-    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "#line 7475 \"springls.h\"\n",
+    "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
+    "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
+    "   (entry_points.cl) and a row of the test that compares the two. */\n",
     "\n",
-    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
-    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \\\n",
+    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
-    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \\\n",
+    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
     "    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \\\n",
-    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \\\n",
-    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \\\n",
-    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \\\n",
+    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \\\n",
+    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \\\n",
+    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \\\n",
     "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
     "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
-    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \\\n",
+    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                     \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \\\n",
     "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
-    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \\\n",
-    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \\\n",
-    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \\\n",
+    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \\\n",
+    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
     "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
-    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \\\n",
-    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \\\n",
-    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \\\n",
+    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
+    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
+    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
-    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \\\n",
-    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))\n",
+    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
+    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
+    "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
-    "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
+    "/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \\\n",
+    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \\\n",
     "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \\\n",
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
-    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \\\n",
+    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \\\n",
     "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \\\n",
     "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \\\n",
-    "    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \\\n",
+    "    X(surface_count, 8,                                                                                                          \\\n",
+    "      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \\\n",
+    "          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \\\n",
     "      SPRINGLS__SURFACE_FLOATS)                                                                                                  \\\n",
     "    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
     "\n",
-    "/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */\n",
+    "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
-    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
-    "   Name, and elements that a core of a processor takes at once. */\n",
+    "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
+    "   elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
     "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \\\n",
     "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \\\n",
@@ -21209,13 +21497,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
     "    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
-    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
+    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \\\n",
+    "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21216 \"springls.h\"\n",
-    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items\n",
-    "   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans\n",
-    "   over chunks, and numbers are sorted within each list. */\n",
+    "#line 21505 \"springls.h\"\n",
+    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
+    "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
+    "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
     "\n",
     "/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */\n",
     "\n",
@@ -21282,7 +21571,8 @@ static const char *const springls__kernel_lines[] = {
     "    __global const uchar *bytes = springls__bytes(model, args.chunk.array);\n",
     "    uint sum = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        if (bytes[k] == args.chunk.value) sum++;\n",
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
@@ -21292,7 +21582,8 @@ static const char *const springls__kernel_lines[] = {
     "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        largest = springls__max(largest, values[k]);\n",
     "    ((__global float *)model->work.sums)[i] = largest;\n",
     "}\n",
     "\n",
@@ -21557,12 +21848,12 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region after the\n",
-    "   other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any order: minima\n",
-    "   and sums of integers.\n",
+    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region\n",
+    "   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any\n",
+    "   order: minima and sums of integers.\n",
     "\n",
-    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of each: a\n",
-    "   smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
+    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of\n",
+    "   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
     "\n",
     "typedef struct springls__regions {\n",
     "    const springls__model *model;\n",
@@ -21742,7 +22033,8 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (root < 0) root = springls__region_root(r->label, label);\n",
     "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2]) + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
+    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2])\n",
+    "                   + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
     "                   + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
@@ -21774,7 +22066,8 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
+    "/* entry_points.cl - the kernels that OpenCL starts: each makes the model of its arguments and does its elements. No maths\n",
+    "   here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
@@ -21786,26 +22079,26 @@ static const char *const springls__kernel_lines[] = {
     "    springls__shape_set(&model, shape);                                                                                          \\\n",
     "    model.params = params;\n",
     "\n",
-    "/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */\n",
+    "/* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */\n",
     "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
     "    {                                                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
     "        model.group = springls__alone();                                                                                         \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                  \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                 \\\n",
     "    }\n",
     "\n",
-    "/* ... or a work group. */\n",
+    "/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */\n",
     "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
     "    {                                                                                                                            \\\n",
     "        __local float memory[floats];                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
     "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
     "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                          \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
