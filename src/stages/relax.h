@@ -25,7 +25,8 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
         springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
+            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
         return SPRINGLS_OK;
     }
 }
