@@ -25,6 +25,7 @@
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
      >>memory               src/runtime/memory.h
+     >>resumable            src/runtime/resumable.h
      >>kernel_table         src/runtime/kernel_table.h
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
@@ -51,7 +52,6 @@
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
-     >>resumable            src/runtime/resumable.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
      >>stage_clock          src/runtime/stage_clock.h
@@ -3860,6 +3860,127 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
     ctx->memory[a] = ctx->memory[b];
     ctx->memory[b] = memory;
     springls__bind(ctx);
+}
+
+/* ======== >>residency  (src/runtime/residency.h) =============================================================== */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
+
+/* Returns how many elements of an array are in use. */
+SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
+{
+    const springls__model *m = &ctx->model;
+    size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
+    return used < all ? used : all;
+}
+
+/* Copies an array to the host or to the device. */
+SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
+{
+    springls__buffer *buffer = &ctx->memory[array];
+    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
+    if (to_host) buffer->host_stale = false;
+    else buffer->device_stale = false;
+    return SPRINGLS_OK;
+}
+
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
+SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
+{
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    ctx->on_device = false;
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
+                                         ctx->lost ? ", the model is lost" : "");
+    return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
+}
+
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
+
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
+SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
+{
+    int array;
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->backend) return SPRINGLS_OK;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (!springls__has_array(reads | writes, array)) continue;
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
+            return springls__fall_back_to_host(ctx);
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
+SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->device_bytes < buffer->bytes) {
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            buffer->device_stale = !buffer->host_stale;
+        }
+        if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
+SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
+{
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+        return SPRINGLS_OK;
+    return springls__fall_back_to_host(ctx);
+}
+
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
+SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
+
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
+SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
+{
+    int array;
+    ctx->on_device = false;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        ctx->memory[array].host_stale = false;
+        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
+    }
+}
+
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (springls__has_array(SPRINGLS__WORK_BITS, array))
+            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
@@ -7694,127 +7815,6 @@ typedef struct springls__kernel_info {
         for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
     }
 
-/* ======== >>residency  (src/runtime/residency.h) =============================================================== */
-/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
-   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
-   are copied. */
-
-/* Returns how many elements of an array are in use. */
-SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
-{
-    const springls__model *m = &ctx->model;
-    size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
-    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
-    return used < all ? used : all;
-}
-
-/* Copies an array to the host or to the device. */
-SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
-{
-    springls__buffer *buffer = &ctx->memory[array];
-    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
-    if (to_host) buffer->host_stale = false;
-    else buffer->device_stale = false;
-    return SPRINGLS_OK;
-}
-
-/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
-   host can go on from there. Fails when a copy fails: then the model is lost. */
-SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
-{
-    int array;
-    char error[sizeof ctx->error];
-    memcpy(error, ctx->error, sizeof error);
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
-        if (buffer->device) ctx->backend->release(ctx, buffer);
-        buffer->host_stale = buffer->device_stale = false;
-    }
-    ctx->backend = NULL;
-    ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
-                                         ctx->lost ? ", the model is lost" : "");
-    return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
-}
-
-/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
-   *status is the result: that of the device, or the failure to copy the model to the host. */
-SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
-{
-    if (*status != SPRINGLS_DEVICE_FAILED) return false;
-    if (!ctx->on_device) return true; /* the call has fallen back itself */
-    *status = springls__fall_back_to_host(ctx);
-    return *status == SPRINGLS_OK;
-}
-
-/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
-SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
-{
-    int array;
-    if (ctx->lost) return ctx->backend_status;
-    if (!ctx->backend) return SPRINGLS_OK;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (!springls__has_array(reads | writes, array)) continue;
-        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
-            return springls__fall_back_to_host(ctx);
-        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
-SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
-{
-    int array;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
-                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
-            buffer->device_stale = !buffer->host_stale;
-        }
-        if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (springls__has_array(writes, array)) buffer->host_stale = true;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
-SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
-{
-    if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
-        return SPRINGLS_OK;
-    return springls__fall_back_to_host(ctx);
-}
-
-/* Makes kernels run on the device from now on, if there is one: called by stages. */
-SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
-
-/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
-SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
-{
-    int array;
-    ctx->on_device = false;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        ctx->memory[array].host_stale = false;
-        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
-    }
-}
-
-/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
-SPRINGLS__FN void springls__forget_work(springls_context *ctx)
-{
-    int array;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (springls__has_array(SPRINGLS__WORK_BITS, array))
-            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
-}
-
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
@@ -9289,8 +9289,8 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 }
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend within
-   a cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
    triangle does not widen every search. */
 
 /* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
@@ -10090,8 +10090,13 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED,
-       SPRINGLS__CONTRACT_REMOVE };
+enum {
+    SPRINGLS__CONTRACT_JUDGE,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_REMOVE
+};
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
@@ -10682,8 +10687,14 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE,
-       SPRINGLS__SIGN_SIDES, SPRINGLS__SIGN_COMMIT };
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
@@ -10906,8 +10917,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
-enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP,
-       SPRINGLS__PROJECT_SWEPT };
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
@@ -18135,7 +18151,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3866 \"springls.h\"\n",
+    "#line 3987 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18310,7 +18326,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4042 \"springls.h\"\n",
+    "#line 4163 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18393,7 +18409,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4126 \"springls.h\"\n",
+    "#line 4247 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -18567,7 +18583,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4301 \"springls.h\"\n",
+    "#line 4422 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18643,7 +18659,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4378 \"springls.h\"\n",
+    "#line 4499 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18669,7 +18685,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4405 \"springls.h\"\n",
+    "#line 4526 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18739,7 +18755,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4476 \"springls.h\"\n",
+    "#line 4597 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -18861,7 +18877,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4599 \"springls.h\"\n",
+    "#line 4720 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18916,7 +18932,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4655 \"springls.h\"\n",
+    "#line 4776 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -18931,7 +18947,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4670 \"springls.h\"\n",
+    "#line 4791 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18946,7 +18962,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4686 \"springls.h\"\n",
+    "#line 4807 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18957,7 +18973,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4697 \"springls.h\"\n",
+    "#line 4818 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18972,7 +18988,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4712 \"springls.h\"\n",
+    "#line 4833 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18983,7 +18999,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4723 \"springls.h\"\n",
+    "#line 4844 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19086,7 +19102,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4827 \"springls.h\"\n",
+    "#line 4948 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19571,7 +19587,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5313 \"springls.h\"\n",
+    "#line 5434 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19669,7 +19685,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5412 \"springls.h\"\n",
+    "#line 5533 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19798,7 +19814,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5542 \"springls.h\"\n",
+    "#line 5663 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19988,7 +20004,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5733 \"springls.h\"\n",
+    "#line 5854 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20097,7 +20113,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5843 \"springls.h\"\n",
+    "#line 5964 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20466,7 +20482,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6213 \"springls.h\"\n",
+    "#line 6334 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20617,7 +20633,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6365 \"springls.h\"\n",
+    "#line 6486 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20645,7 +20661,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6393 \"springls.h\"\n",
+    "#line 6514 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20660,7 +20676,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6409 \"springls.h\"\n",
+    "#line 6530 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20829,7 +20845,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6578 \"springls.h\"\n",
+    "#line 6699 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20844,7 +20860,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6593 \"springls.h\"\n",
+    "#line 6714 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21013,7 +21029,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6762 \"springls.h\"\n",
+    "#line 6883 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21049,7 +21065,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6799 \"springls.h\"\n",
+    "#line 6920 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21157,7 +21173,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6908 \"springls.h\"\n",
+    "#line 7029 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21254,7 +21270,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7006 \"springls.h\"\n",
+    "#line 7127 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21329,7 +21345,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7082 \"springls.h\"\n",
+    "#line 7203 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21562,7 +21578,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7316 \"springls.h\"\n",
+    "#line 7437 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21820,7 +21836,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7575 \"springls.h\"\n",
+    "#line 7696 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21902,7 +21918,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21906 \"springls.h\"\n",
+    "#line 21922 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -3,7 +3,6 @@
 #define SPRINGLS__OUTPUT_ATTRIBUTES_H
 
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/attribute_values.h"

@@ -5,7 +5,6 @@
 
 #include "../runtime/algorithms.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/attribute_values.h"

@@ -7,7 +7,6 @@
 
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"

@@ -6,7 +6,6 @@
 
 #include "arrays.h"
 #include "errors.h"
-#include "kernel_table.h"
 
 /* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)

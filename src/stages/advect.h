@@ -5,7 +5,6 @@
 #include "../../kernels_embed/stages/advect.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"

@@ -4,7 +4,6 @@
 #ifndef SPRINGLS__TOOLS_COMBINE_H
 #define SPRINGLS__TOOLS_COMBINE_H
 
-#include "../../kernels_embed/stages/contract.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
