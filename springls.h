@@ -13660,9 +13660,9 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
 }
 
 /* ======== >>attributes  (src/output/attributes.h) ============================================================== */
-/* attributes.h - calls that add, set and read attributes, and where springls come from. */
+/* attributes.h - adds, sets and reads attributes, and the provenance of springls. */
 
-/* The attribute of a number; NULL, and the reason, where there is none. */
+/* Returns an attribute by its number; NULL, after reporting the error, when there is none. */
 SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
 {
     if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
@@ -13670,6 +13670,7 @@ SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, 
     return NULL;
 }
 
+/* Fails, and reports why, when an attribute cannot be added. */
 SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, const springls_attribute_desc *desc)
 {
     const char *call = "add_attribute";
@@ -13678,7 +13679,7 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
                               SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is already one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
                               SPRINGLS_MAX_CHANNELS);
@@ -13689,6 +13690,7 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
+/* Copies the values of all springls into an attribute; NULL: zeros. */
 SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attribute *attribute, const float *values)
 {
     size_t bytes = (size_t)ctx->model.set.count * (size_t)attribute->channels * sizeof *values;
@@ -13696,6 +13698,7 @@ SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attr
     else memset(attribute->values.data, 0, bytes);
 }
 
+/* Fails when one of `count` values is not finite; NULL is accepted. */
 SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, const float *values, size_t count, const char *call)
 {
     size_t i;
@@ -13797,6 +13800,7 @@ typedef struct springls__mesh_attribute_job {
     float *out;
 } springls__mesh_attribute_job;
 
+/* Interpolates the attribute at the vertices of a mesh. */
 SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
 {
     const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
@@ -13805,10 +13809,11 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
-                                             springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
+        springls__v3 x = springls__world_to_model(ctx, job->mesh->positions + v);
+        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, x, n, a, 1.0f);
         springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
-                            job->out + (size_t)begin * (size_t)job->attribute->channels);
+                                    job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }
 
@@ -14465,9 +14470,9 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
 }
 
 /* ======== >>query  (src/output/query.h) ======================================================================== */
-/* query.h - questions about the model, in world coordinates, in batches. */
+/* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
 
-/* Points are refused rather than searched for when they are not finite. */
+/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
@@ -14491,6 +14496,7 @@ typedef struct springls__field_query {
     uint8_t *inside;
 } springls__field_query;
 
+/* Samples phi in world units, or where it is negative. */
 SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
@@ -14546,11 +14552,11 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 
 /* ---- material coordinates ---- */
 
-/* Least squares for the affine map p -> a around a place x of the model: a(x + r) = c + A r. The unknowns of each
-   coordinate of a are (c, A's row); `normal` and `normal_a` are the model's and the original's unit normals there: where
-   the neighbours lie in a plane, A is taken to map one to the other. Exact for models that moved rigidly. */
+/* Holds the normal equations of a least-squares fit of the affine map p -> a around a place x of the model,
+   a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
 typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
 
+/* Adds the equation a(x + r) = a. */
 SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
 {
     double row[4], value[3];
@@ -14565,7 +14571,7 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
     fit->count++;
 }
 
-/* A * normal = normal_a, as one more equation of the given weight. */
+/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
 SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
 {
     double row[4], value[3];
@@ -14578,11 +14584,12 @@ SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springl
     }
 }
 
-/* Solves for c by elimination without pivoting (the matrix is symmetric and positive). False when it is nearly singular. */
+/* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
+   singular. */
 SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls__v3 *c)
 {
     int order[4], i, j, k;
-    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c last: it is then the first to be known */
+    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c is eliminated last, and needs no back substitution */
     for (i = 0; i < 3; i++) {
         int p = order[i];
         if (!(fit->m[p][p] > 1e-4 * fit->weight)) return false;
@@ -14599,8 +14606,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
     return true;
 }
 
-/* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
-   any other has its one correspondence. */
+/* Returns the place on the original surface of place x of a springl that has too few neighbors for a fit: the same barycentric
+   coordinates in the triangle `own` that an original springl came from; the correspondence of any other. Voxels. */
 SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
@@ -14613,8 +14620,8 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
     return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
 }
 
-/* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
-   around it that face the same side. `own` is the original triangle at the springl's correspondence. */
+/* Returns the place near the original surface of place x of a springl, voxels: the affine map fitted to the springls around it
+   that face the same way. own: the original triangle at the springl's correspondence. */
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
@@ -14631,7 +14638,7 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
         float d2 = springls__length2(r) / (radius * radius), apart;
         if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
         apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        if (apart > 16.0f * radius * radius) continue; /* from another part of the original */
         springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
@@ -14641,7 +14648,7 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     return springls__own_correspondence(ctx, springl, x, own);
 }
 
-/* The triangle and barycentric coordinates in the mesh as it was given. */
+/* Converts a hit on the original surface to triangle and barycentric coordinates of the caller's mesh. */
 SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
                                       float bary[3])
 {
@@ -14652,7 +14659,7 @@ SPRINGLS__FN void springls__source_of(const springls__surface *surface, const sp
     bary[2] = h->hit.bary[source & 1 ? 1 : 2];
 }
 
-/* The material point of place x (voxels) of a springl: triangle -1 when there is no original surface. */
+/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. */
 SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
 {
     springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
@@ -14671,7 +14678,7 @@ typedef struct springls__hit_query {
     springls_hit *out;
 } springls__hit_query;
 
-/* distance: model units. */
+/* Converts a hit on the springls to the public form. distance: model units. */
 SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
                                      springls_hit *out)
 {
@@ -14696,6 +14703,7 @@ SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls
     springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
 }
 
+/* Finds closest points; each search begins at the triangle of the last one. */
 SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
@@ -14754,10 +14762,10 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
-/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of
-   them does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+/* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
+   springls and of the vertices of extracted meshes. */
 
-/* The place on the original that is closest to a, as numbered in the mesh given. */
+/* Converts a hit on the original surface to the numbering of the caller's mesh. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
 {
     springls_material out;
@@ -14770,7 +14778,8 @@ SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx
 typedef struct springls__material_job {
     const springls_context *ctx;
     const springls_mesh *mesh;
-    const int *neighbors, *inner; /* inner: of a triangle of the mesh given, its number in ctx->original; -1: dropped */
+    const int *neighbors;  /* [3 * caller's triangle] the triangle across each edge; -1: a seam      */
+    const int *inner;      /* [caller's triangle] its number in ctx->original; -1: dropped; NULL: the same numbers */
     springls_material *out;
 } springls__material_job;
 
@@ -14786,6 +14795,7 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
     }
 }
 
+/* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
 {
     return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
@@ -14841,8 +14851,8 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
 
 enum { SPRINGLS__PATCH = 256 };
 
-/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through
-   triangles within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+/* Finds the closest place to each of three points on the part of the original surface that can be reached from triangle `start`
+   without crossing a seam, through triangles within r of x (voxels). Searches breadth first, at most PATCH triangles. */
 SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
                                              const springls__v3 points[3], springls__surface_hit best[3])
 {
@@ -14873,6 +14883,7 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     }
 }
 
+/* Finds the places of the corners of triangles on the side of every seam on which the place of their centroid lies. */
 SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
@@ -14883,19 +14894,20 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
         springls__v3 points[3], x;
         springls_material start;
         float r = 0.0f;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job,
-                                                                          job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        const int *triangle = job->mesh->triangles + 3 * (size_t)begin;
+        springls_material *out = job->out + 3 * (size_t)begin;
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
         x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
         center = springls__surface_closest(surface, x, FLT_MAX);
         start = springls__material_of(job->ctx, &center);
         for (k = 0; k < 3; k++) {
-            job->out[3 * (size_t)begin + (size_t)k] = start;
+            out[k] = start;
             r = springls__max(r, springls__length(springls__sub(points[k], x)));
         }
         if (start.triangle < 0) continue;
         r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
         springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
-        for (k = 0; k < 3; k++) job->out[3 * (size_t)begin + (size_t)k] = springls__material_of(job->ctx, &corner[k]);
+        for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
     }
 }
 
@@ -14933,7 +14945,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
 
 /* ---- seams ---- */
 
-/* The triangles' corners by position and values: corners that agree in both are one, and get its number. */
+/* Holds a search for corners that agree in position and values. first: [corner] the first corner that agrees with it. */
 typedef struct springls__seam_search {
     const float *positions, *values;
     const int *triangles;
@@ -14949,11 +14961,12 @@ SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, i
     int c;
     if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
     for (c = 0; c < s->channels; c++)
-        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels
-            + (size_t)c]) return false;
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c])
+            return false;
     return true;
 }
 
+/* Allocates the search's memory and writes s->first. */
 SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
 {
     size_t size = springls__table_size((size_t)corners), slot;
@@ -14966,7 +14979,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
         slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
-                                   springls__float_bits(p[2] + 0.0f)) & (size - 1);
+                               springls__float_bits(p[2] + 0.0f)) & (size - 1); /* + 0: -0 and 0 agree */
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
         s->first[i] = table[slot];
@@ -14974,7 +14987,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
-/* Half-edges by their two ends, whichever way they run: the second of a pair is the first one's neighbour, a third has none. */
+/* Writes the neighbors: pairs half-edges with the same two ends, in either direction; a third one has no neighbor. */
 SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, int *neighbors)
 {
     size_t size = springls__table_size((size_t)corners), slot;
@@ -15035,10 +15048,10 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     return status;
 }
 
-/* ---- values at places ---- */
+/* ---- values at material coordinates ---- */
 
-SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
-                                             const int *triangles, int triangle_count, float *out)
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values,
+                                                           int channels, const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;
     if (count < 0 || channels < 1 || triangle_count < 0
@@ -15170,14 +15183,15 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
 }
 
 /* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
-/* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
+/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
 
-/* Welded marching cubes: voxel positions and triangles. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions;
     int *triangles, vertex_count, triangle_count;
 } springls__raw_mesh;
 
+/* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -15200,11 +15214,12 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     mesh->triangles = springls__surface_corners(&ctx->model);
     args.surface.triangles = mesh->triangle_count;
     springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions), (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
+                                  (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
 }
 
-/* The arrays of a mesh, in one block. */
+/* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
 SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int vertices, int triangles, springls_mesh *mesh)
 {
     size_t v = (size_t)vertices, t = (size_t)triangles;
@@ -15227,7 +15242,7 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     return SPRINGLS_OK;
 }
 
-/* Triangles stay counter-clockwise seen from outside in a mirrored world. */
+/* Turns the triangles in a mirrored world, so that they are counter-clockwise seen from outside. */
 SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
 {
     int t;
@@ -15239,12 +15254,12 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
+typedef struct springls__vertex_data_job { springls_context *ctx; springls_mesh *mesh; } springls__vertex_data_job;
 
-/* What the kernel of this name has found for each vertex, in the world. */
+/* Converts what the kernel attach_vertex_data has computed to the world, and copies it to the mesh. */
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
-    const springls__dress_job *job = (const springls__dress_job *)arg;
+    const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
         springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
@@ -15255,10 +15270,11 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     }
 }
 
+/* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
-    springls__dress_job job;
+    springls__vertex_data_job job;
     size_t vertices;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -15289,7 +15305,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
-    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
     return status;
 }
 
@@ -15299,7 +15315,8 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
+    if (ctx->model.set.count > INT32_MAX / 3)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
@@ -15323,7 +15340,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 }
 
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
-/* measure.h - volume, area and topology of the zero level; statistics; the state hash. */
+/* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
 {
@@ -15372,7 +15389,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
-    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order; voxels of the domain only */
         int slot = ctx->model.grid.active[i], o[3];
         springls__slot_origin(&ctx->model.grid, slot, o);
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
@@ -15385,25 +15402,26 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 }
 
 /* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
-/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
-   (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
-   bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
-   there, before the model changes. */
+/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes: a head, a struct of numbers, and
+   arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
+   their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
 
 typedef struct springls__snapshot_head {
     char magic[8];
-    uint32_t version, order;  /* order of bytes */
-    uint64_t size, checksum;  /* of the block, and of all behind this head */
+    uint32_t version, byte_order;
+    uint64_t size, checksum;  /* bytes of the block; checksum of all after this head */
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
+/* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
+/* Holds the numbers of a model and the sizes of its arrays. */
 typedef struct springls__snapshot_state {
     double to_world[12], time;
     uint64_t reference_stamp;
@@ -15417,15 +15435,15 @@ typedef struct springls__snapshot_state {
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
 } springls__snapshot_state;
 
-/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+/* Lists the arrays in their order. A new array of the springls extends the first of them (SPRINGLS__ARRAYS). */
 typedef enum springls__section {
-    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_SET, /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
-    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_LOCKED,
-    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
@@ -15434,11 +15452,12 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Where each section begins; the last number: where the block ends. */
+/* Holds the offset of each section, bytes; the last one is the size of the block. Sections begin at multiples of 8. */
 typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
 
 SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
 
+/* Returns the bytes of a section without padding; 0 when the snapshot has none. */
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
     const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
@@ -15474,7 +15493,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     return layout;
 }
 
-/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
 SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
 {
     const uint64_t prime = 1099511628211u;
@@ -15497,8 +15516,9 @@ SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t
     return chain[0];
 }
 
-/* ---- out ---- */
+/* ---- writing ---- */
 
+/* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
 {
     int i, n = 0, bricks = (int)springls__brick_count(g);
@@ -15506,7 +15526,8 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     return n;
 }
 
-/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+/* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
+   be restored only where it is the same. */
 SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.reference;
@@ -15528,6 +15549,7 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
     return ctx->reference_stamp = stamp | 1u;
 }
 
+/* Fills the struct of numbers from the model. */
 SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
 {
     int i;
@@ -15569,16 +15591,15 @@ SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int s
     if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
 }
 
-/* Sides, numbers and values of a grid's bricks. */
+/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
     const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    char *side = out + layout->at[sides], *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
     int i, bricks = (int)springls__brick_count(g);
+    memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE)
-            out[layout->at[sides] + (uint64_t)(i >> 3)] =
-                (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         memcpy(numbers, &i, sizeof i);
         memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
@@ -15587,43 +15608,56 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
+/* Writes the reference level set and the original surface. */
+SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+}
+
+/* Writes the head of a block that is complete but for it. */
+SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
+{
+    springls__snapshot_head head;
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.byte_order = SPRINGLS__BYTE_ORDER;
+    head.size = size;
+    head.checksum = springls__checksum(size, out + sizeof head, (size_t)(size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+/* Writes the block, layout->at[SPRINGLS__SECTIONS] bytes. */
 SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
                                            const springls__layout *layout, char *out)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__snapshot_head head;
+    const size_t head = sizeof(springls__snapshot_head);
     int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* padding */
         uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
         memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
     }
-    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
-    memcpy(out + sizeof head, s, sizeof *s);
+    memset(out + head, 0, (size_t)(layout->at[0] - head));
+    memcpy(out + head, s, sizeof *s);
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) {
-        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
-    }
-    memset(&head, 0, sizeof head);
-    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
-    head.version = SPRINGLS__SNAPSHOT_VERSION;
-    head.order = SPRINGLS__BYTE_ORDER;
-    head.size = layout->at[SPRINGLS__SECTIONS];
-    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
-    memcpy(out, &head, sizeof head);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_reference(ctx, s, layout, out);
+    springls__put_head(out, layout->at[SPRINGLS__SECTIONS]);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -15649,9 +15683,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     return SPRINGLS_OK;
 }
 
-/* ---- what may be believed ---- */
+/* ---- checking ---- */
 
-/* Element i of a section, wherever it lies in memory. */
+/* Returns element i of a section, which need not be aligned. */
 SPRINGLS__FN int springls__int_at(const char *data, size_t i)
 {
     int value;
@@ -15659,6 +15693,7 @@ SPRINGLS__FN int springls__int_at(const char *data, size_t i)
     return value;
 }
 
+/* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
 {
     uint64_t i;
@@ -15670,7 +15705,7 @@ SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
     return !bad;
 }
 
-/* All of them from low to high. */
+/* Returns whether all ints lie in [low, high]. */
 SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
 {
     uint64_t i;
@@ -15682,6 +15717,7 @@ SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int lo
     return good;
 }
 
+/* Returns whether all bytes are 0 or 1. */
 SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
 {
     uint64_t i;
@@ -15690,7 +15726,7 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Bricks ascend; none is said to be constant as well. */
+/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
 SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
 {
     int i, last = -1;
@@ -15702,6 +15738,7 @@ SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, 
     return true;
 }
 
+/* Returns whether an attribute has a name of its own and valid members. */
 SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
 {
     const springls__attribute_entry *a = &s->attribute[row];
@@ -15714,23 +15751,29 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
         && springls__policy_known((springls_policy)a->merge);
 }
 
-/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+/* Returns whether each number alone, and those that depend on each other, can be those of a model. */
+SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
+{
+    const int furthest = INT32_MAX / 2; /* counters that will grow */
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
+    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
+    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
+    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
+    return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
+}
+
+/* Returns why the numbers cannot be those of a model of this context, as the end of "the block is ..."; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
-    const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
-    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
-    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return "damaged";
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
-    if (s->locked < 0 || s->original < 0) return "damaged";
-    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
-    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
-    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    if (!springls__numbers_in_range(s)) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
@@ -15738,71 +15781,97 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
-                                        const springls__layout *layout, const char *block)
+/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
+SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
-    bool good = true;
-    int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
-        const char *data = block + layout->at[i];
-        uint64_t bytes = springls__section_bytes(g, s, i);
-        if (i < SPRINGLS__SECTION_NEIGHBORS) {
-            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
-            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
-            if (i == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
-        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
-        else if (i == SPRINGLS__SECTION_BRICKS)
-            good =
-                good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes)
-            good = good
-                && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks,
-                                         springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_SOURCE)
-            good = good
-                && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
-        else if (i >= SPRINGLS__SECTION_VALUES && i < SPRINGLS__SECTION_REFERENCE_SIDES)
-            continue; /* attributes: sums of SPRINGLS_POLICY_SHARE may have left the floats, and nothing is decided by them */
-        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
-                 && i != SPRINGLS__SECTION_LOCKED)
-            good = good && springls__all_finite(data, bytes);
-    }
-    for (i = 0; i < s->locked; i++) {
-        double volume;
-        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
-        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
-    }
-    return good;
+    if (floats >> array & 1u) return springls__all_finite(data, bytes);
+    if (flags >> array & 1u) return springls__all_flags(data, bytes);
+    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
+    return true;
 }
 
-/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+/* Returns whether the locked volumes are finite. */
+SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+{
+    double volume;
+    uint64_t i;
+    for (i = 0; i < bytes; i += sizeof volume) {
+        memcpy(&volume, data + i, sizeof volume);
+        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    }
+    return true;
+}
+
+/* Returns whether a section has valid elements. */
+SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
+                                         const springls__layout *layout, const char *block, int section)
+{
+    const char *data = block + layout->at[section];
+    const uint64_t bytes = springls__section_bytes(g, s, section);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
+        return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->count - 1);
+    case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
+    case SPRINGLS__SECTION_BRICKS:
+        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS:
+        return !bytes
+            || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_SOURCE:
+        return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+    default: return springls__all_finite(data, bytes);
+    }
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
+                                        const springls__layout *layout, const char *block)
+{
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++)
+        if (!springls__section_good(g, s, layout, block, section)) return false;
+    return true;
+}
+
+/* Returns why a block cannot be a snapshot that this machine has written, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size)
+{
+    springls__snapshot_head head;
+    memcpy(&head, block, sizeof head);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) return "no snapshot";
+    if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.byte_order != SPRINGLS__BYTE_ORDER)
+        return "of another version or machine";
+    if (head.size != size) return "not as long as it says";
+    if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) return "damaged";
+    return NULL;
+}
+
+/* Reads the numbers and the layout of a block, and checks all of it. */
 SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
                                                      springls__snapshot_state *s, springls__layout *layout)
 {
-    springls__snapshot_head head;
-    const char *fault = NULL;
-    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    memcpy(&head, block, sizeof head);
-    memcpy(s, block + sizeof head, sizeof *s);
-    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
-    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER)
-        fault = "of another version or machine";
-    else if (head.size != size) fault = "not as long as it says";
-    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
-    else fault = springls__numbers_fault(ctx, s);
+    const springls__grid *g = &ctx->model.grid;
+    const char *fault;
+    if (size < sizeof(springls__snapshot_head) + sizeof *s)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(s, block + sizeof(springls__snapshot_head), sizeof *s);
+    fault = springls__head_fault(block, size);
+    if (!fault) fault = springls__numbers_fault(ctx, s);
     if (!fault) {
-        *layout = springls__layout_of(&ctx->model.grid, s);
-        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block))
-            fault = "damaged";
+        *layout = springls__layout_of(g, s);
+        if (layout->at[SPRINGLS__SECTIONS] != size || !springls__arrays_good(g, s, layout, block)) fault = "damaged";
     }
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
 
-/* ---- in ---- */
+/* ---- restoring ---- */
 
-/* Room for all of it; what is there is kept. */
+/* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
 SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
 {
     springls__surface *original = &ctx->original;
@@ -15818,9 +15887,8 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
-        size_t used = i < ctx->attribute_count
-            ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float)
-            : 0;
+        size_t used = (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float);
+        if (i >= ctx->attribute_count) used = 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
@@ -15832,7 +15900,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
 SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
 {
     const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
@@ -15845,7 +15913,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* The rest of what the model's grid keeps of a brick. */
+/* Initializes what the model's grid keeps of a brick besides phi. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -15861,37 +15929,47 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
+/* Copies section `section` into memory that is large enough. */
+SPRINGLS__FN void springls__get(void *to, const springls__grid *g, const springls__snapshot_state *s,
+                                const springls__layout *layout, const char *block, int section)
+{
+    uint64_t bytes = springls__section_bytes(g, s, section);
+    if (bytes) memcpy(to, block + layout->at[section], (size_t)bytes);
+}
+
+/* Replaces the attributes by those of the snapshot. */
+SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, const char *block)
+{
+    int i;
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *entry = &s->attribute[i];
+        memcpy(attribute->name, entry->name, sizeof entry->name);
+        attribute->channels = entry->channels;
+        attribute->split = (springls_policy)entry->split;
+        attribute->fill = (springls_policy)entry->fill;
+        attribute->merge = (springls_policy)entry->merge;
+        springls__get(attribute->values.data, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_VALUES + i);
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* Replaces the arrays of the model and its attributes by those of the snapshot; all memory is there. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
     const springls__grid *g = &ctx->model.grid;
     int i;
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
-        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
-    if (s->has_neighbors && s->count)
-        memcpy(ctx->model.cells.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
-               (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    if (s->locked)
-        memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
-               (size_t)s->locked * sizeof(double));
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
+    springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
+    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
-    for (i = 0; i < s->attributes; i++) {
-        springls__attribute *attribute = &ctx->attributes[i];
-        const springls__attribute_entry *row = &s->attribute[i];
-        memcpy(attribute->name, row->name, sizeof row->name);
-        attribute->channels = row->channels;
-        attribute->split = (springls_policy)row->split;
-        attribute->fill = (springls_policy)row->fill;
-        attribute->merge = (springls_policy)row->merge;
-        if (s->count)
-            memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i],
-                   (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    }
-    ctx->attribute_count = s->attributes;
+    springls__get_attributes(ctx, s, layout, block);
 }
 
-/* The original surface; its hierarchy is built again. */
+/* Copies the reference level set and the original surface, and builds its hierarchy. */
 SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
@@ -15901,13 +15979,27 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
-           (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__get(original->points, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
-    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+    springls__get(original->source, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_SOURCE);
+}
+
+/* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
+SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
+{
+    ctx->model.set.count = s->count;
+    ctx->model.set.at_edges = s->at_edges;
+    ctx->model.set.next_id = s->next_id;
+    ctx->model.set.step = s->step;
+    ctx->time = s->time;
+    ctx->iteration = s->iteration;
+    ctx->stats = s->stats;
+    ctx->locked_count = s->locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s->neighbors_age;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -15925,24 +16017,16 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
     if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
-    ctx->model.set.count = s.count;
-    ctx->model.set.at_edges = s.at_edges;
-    ctx->model.set.next_id = s.next_id;
-    ctx->model.set.step = s.step;
-    ctx->time = s.time;
-    ctx->iteration = s.iteration;
-    ctx->stats = s.stats;
-    ctx->locked_count = s.locked;
-    springls__constellation_changed(ctx);
-    ctx->neighbors_age = s.neighbors_age;
+    springls__numbers_take(ctx, &s);
     return SPRINGLS_OK;
 }
 
 /* ======== >>views  (src/output/views.h) ======================================================================== */
-/* read.h - what can be read from a model without computing much: views, coordinates, packed forms, dense copies. */
+/* views.h - reads the springls and the level set: views, packed forms, dense copies. */
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
+/* Returns a view of an array of the springls, after copying it from the device if need be. array: SPRINGLS__BIT of it. */
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
@@ -15960,7 +16044,8 @@ SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL,
+                          sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
@@ -15989,17 +16074,15 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
         float *row = out + 16 * (size_t)i;
-        row[0] = s->p.x; row[1] = s->p.y; row[2] = s->p.z;
+        memcpy(row, &s->p, 3 * sizeof *row);
         row[3] = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, s->p);
-        for (m = 0; m < 3; m++) {
-            row[4 * m + 4] = s->q[m].x; row[4 * m + 5] = s->q[m].y; row[4 * m + 6] = s->q[m].z;
-        }
+        for (m = 0; m < 3; m++) memcpy(row + 4 * m + 4, &s->q[m], 3 * sizeof *row);
         row[7] = ctx->model.set.a[i].x; row[11] = ctx->model.set.a[i].y; row[15] = ctx->model.set.a[i].z;
     }
     return SPRINGLS_OK;
 }
 
-/* The radius reaches from the particle to the furthest vertex: the surfels cover what the triangles cover. */
+/* Sets the radius to the distance of the furthest vertex, so that the surfels cover what the triangles cover. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
 {
     int i, m;
@@ -16031,7 +16114,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
         for (y = 0; y < g->size[1]; y++)
-            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* row by row of a brick */
+            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* one row of a brick */
                 int n = springls__imin(SPRINGLS__BRICK, g->size[0] - x);
                 const float *brick = g->phi + (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
                 memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);
@@ -16041,9 +16124,9 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 }
 
 /* ======== >>kernel_source  (src/output/kernel_source.h) ======================================================== */
-/* kernel_source.h - the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
-   kernels_embed/embed.c puts the text in the place of the comment below, one literal a line: no compiler limits the
-   length of that. Read as a part, without springls.h, there is none: then the text is empty. */
+/* kernel_source.h - holds the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
+   kernels_embed/embed.c replaces the comment below by the text, one string literal a line, because compilers limit the length
+   of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
     "#line 699 \"springls.h\"\n",
@@ -21918,7 +22001,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21922 \"springls.h\"\n",
+    "#line 22005 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22524,7 +22607,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
-    ""   /* counts as no line: it is here so that the list is never empty */
+    ""   /* not counted: the array must not be empty */
 };
 
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)

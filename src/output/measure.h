@@ -1,4 +1,4 @@
-/* measure.h - volume, area and topology of the zero level; statistics; the state hash. */
+/* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 #ifndef SPRINGLS__OUTPUT_MEASURE_H
 #define SPRINGLS__OUTPUT_MEASURE_H
 
@@ -59,7 +59,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
-    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order; voxels of the domain only */
         int slot = ctx->model.grid.active[i], o[3];
         springls__slot_origin(&ctx->model.grid, slot, o);
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
