@@ -79,7 +79,7 @@ ubsan:  ## the tests under UndefinedBehaviorSanitizer
 tsan:   ## the tests with threads under ThreadSanitizer (data races)
 	@$(SANITIZED) -fsanitize=thread"
 
-# Vectors that are filled lane by lane it does not follow: the scalar text is what it reads.
+# MemorySanitizer does not follow vectors that are filled lane by lane: one lane is what it reads.
 msan: deps-oclgrind springls.h   ## models' lives under MemorySanitizer (values that nobody has set)
 	@mkdir -p build
 	$(SAY)clang -std=c99 -O1 -g $(EXACT) -fsanitize=memory -fno-sanitize-recover=all -DSPRINGLS_NO_SIMD -I. -Itests -o build/lives-msan \
