@@ -25,19 +25,11 @@ TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENM
                 $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(OPENCL),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
-# Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
-EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lcjson -lglfw -lepoxy -lm -pthread
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h src/*/*.h kernels_embed/*/*.h)
 # The top of the OpenCL text; it includes the rest.
 DEVICE_TEXT  := kernels_embed/device/entry_points.cl
-COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
-# What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c morph*.c run_options.c segment*.c track*.c viewer*.c)))
-# What of that the atlas does without.
-NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
-EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c)) $(patsubst examples/%.cpp,build/%,$(wildcard examples/*.cpp))
 # Tests have OpenCL where its headers are; the parts have no text for it.
 OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
@@ -55,7 +47,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
+.PHONY: help deps deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
         segmentation imaging install format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
@@ -65,11 +57,11 @@ help:   ## this list
 
 # ---- set-up: finds what is missing and installs it, saying so ----
 
-deps: deps-test deps-demo deps-display deps-opencl   ## install what demo and test need, where missing
+deps: deps-test deps-examples deps-display deps-opencl   ## install what demo and test need, where missing
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-display deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
+deps-demo deps-examples deps-display deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -78,12 +70,15 @@ build/embed: kernels_embed/embed.c
 	@mkdir -p build
 	$(SAY)$(CC) $(STRICT) -O1 -o $@ $<
 
-springls.h: build/embed $(PARTS_FILES) $(wildcard kernels_embed/*/*.cl)   ## put the parts together again, if one has changed
-	build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.new
-	mv build/springls.h.new $@
+build/springls.h.new: build/embed $(PARTS_FILES) $(wildcard kernels_embed/*/*.cl)
+	@build/embed src/springls_parts.h $(DEVICE_TEXT) > $@
+
+# Written only where its text differs: the file times of a fresh clone mean nothing, and nothing is compiled again for them.
+springls.h: build/springls.h.new   ## put the parts together again, if one has changed
+	@cmp -s $< $@ || { echo "  $@"; cp $< $@; }
 
 # springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
-check: build/embed   ## is springls.h what the parts produce? includes no part a higher room? is the OpenCL text clean?
+check: build/embed check-folders   ## is springls.h what the parts produce? includes no part a higher room? is the OpenCL text clean?
 	@build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.check
 	@cmp -s springls.h build/springls.h.check || { \
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
@@ -117,4 +112,4 @@ format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are bet
 clean:   ## remove build/
 	rm -rf build
 
--include $(wildcard build/*.d build/common/*.d build/test*/*/*.d build/bench/*.d)
+-include $(wildcard build/test*/*/*.d build/bench/*.d)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo display opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
+# system's package manager. Groups: test demo examples display opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
 # Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -55,27 +55,31 @@ for group; do
         need_command Xvfb xvfb
         need_library libGL.so.1 libgl1
         need_library dri/swrast_dri.so libgl1-mesa-dri ;;
-    demo|bench)
+    demo|examples|bench)   # demo: what leveque and segment need
         headers="$headers
             CL/cl.h opencl-headers
             stb/stb_image_write.h libstb-dev
             nifti/nifti2_io.h libnifti2-dev
             teem/nrrd.h libteem-dev
             zlib.h zlib1g-dev
-            assimp/cimport.h libassimp-dev
+            assimp/cimport.h libassimp-dev"
+        need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
+        if [ "$group" != demo ]; then
+            headers="$headers
             lapacke.h liblapacke-dev
             cjson/cJSON.h libcjson-dev
             GLFW/glfw3.h libglfw3-dev
             epoxy/gl.h libepoxy-dev"
-        need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
-        need_command "${CXX%% *}" "$(compiler_package "$CXX")"
+            need_command "${CXX%% *}" "$(compiler_package "$CXX")"
+        fi
         if [ "$group" = bench ]; then
             headers="$headers
             openvdb/openvdb.h libopenvdb-dev
-            tbb/tbb.h libtbb-dev"
+            tbb/tbb.h libtbb-dev
+            boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, display, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

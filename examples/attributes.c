@@ -3,13 +3,11 @@
  * taken back to its place at the start by the exact flow, and asked what it should have there. Three ways to have a texture are
  * compared: channels that springls carry, places on the original mesh at which it is looked up (material coordinates), and
  * texture coordinates with a seam. */
-#define SPRINGLS_IMPLEMENTATION
+#include "base/json.h"
+#include "base/progress.h"
+#include "springls/benchmark.h"
+#include "springls/run_options.h"
 #include "springls_cl.h"
-
-#include "common/benchmark.h"
-#include "common/json.h"
-#include "common/progress.h"
-#include "common/run_options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,12 +16,12 @@
 
 static const double pi = 3.14159265358979323846;
 
-enum { TIMES = 3, COLOURS = 3 };
+enum { TIMES = 3, COLORS = 3 };
 
 /* ---- the flows ---- */
 
-struct meeting { /* both sides of the plane x = middle go towards it, by `reach` far from it, and outwards along it; then back */
-    double middle, width, reach, period;
+struct meeting { /* both sides of the plane x = middle go towards it, by `amplitude` far from it, and outwards along it; then back */
+    double middle, width, amplitude, period;
 };
 
 struct flow {
@@ -37,7 +35,7 @@ struct flow {
 static void meeting_velocity(void *user, const float *x, int count, float time, float *v)
 {
     const struct meeting *m = user;
-    const double speed = m->reach * pi / m->period * cos(pi * (double)time / m->period);
+    const double speed = m->amplitude * pi / m->period * cos(pi * (double)time / m->period);
     for (int i = 0; i < count; ++i, x += 3, v += 3) {
         const double y = tanh(((double)x[0] - m->middle) / m->width), out = 0.5 * speed / m->width * (1.0 - y * y);
         v[0] = (float)(-speed * y);
@@ -47,7 +45,7 @@ static void meeting_velocity(void *user, const float *x, int count, float time, 
 }
 
 /* Both flows are some u(x) cos(pi t / T): back from T/2 they run with -u(x) sin(pi s / T). */
-static void velocity_once(const void *user, const double x[3], double factor, double v[3])
+static void exact_velocity(const void *user, const double x[3], double factor, double v[3])
 {
     const struct flow *flow = user;
     const float at[3] = {(float)x[0], (float)x[1], (float)x[2]};
@@ -136,10 +134,10 @@ static bool textured_make(struct textured *t, int balls)
 
 /* ---- what is carried: a smooth colour and the number of the ball ---- */
 
-static void colour_at(const struct textured *t, int ball, const double x[3], double out[COLOURS])
+static void color_at(const struct textured *t, int ball, const double x[3], double out[COLORS])
 {
     const double scale = 3.0 / (double)t->radius; /* some three waves around the ball */
-    for (int c = 0; c < COLOURS; ++c) {
+    for (int c = 0; c < COLORS; ++c) {
         const double y = scale * (x[c] - (double)t->center[ball][c]);
         out[c] = 0.5 + 0.25 * sin(y) + 0.2 * cos(0.7 * scale * (x[(c + 1) % 3] - (double)t->center[ball][(c + 1) % 3]) + c);
     }
@@ -170,7 +168,7 @@ struct moment {
     struct error carried, carried_on_mesh, looked_up, place, uv; /* colours: 0..1; place: voxels; uv: arc, voxels */
     double wrong_labels_percent, wrong_labels_on_mesh_percent;
     int triangles, torn, torn_naively; /* triangles across which u jumps by more than half */
-    struct image texture, colours;
+    struct image texture, colors;
 };
 
 struct run {
@@ -180,7 +178,7 @@ struct run {
     const struct flow *flow;
     struct textured ball;
     springls_context *ctx;
-    int colour, label;
+    int color, label;
     struct moment moments[TIMES];
     springls_stats stats;
     double seconds;
@@ -210,20 +208,20 @@ static struct error error_of(double *values, int count)
 static void to_start(const struct run *run, double time, double *points, int count)
 {
     if (time > 0.25 * run->flow->period && time < 0.75 * run->flow->period) { /* T/2; at 0 and T they are there */
-        const struct benchmark exact = {.flow = (void *)(uintptr_t)run->flow, .exact_velocity = velocity_once,
+        const struct benchmark exact = {.flow = (void *)(uintptr_t)run->flow, .exact_velocity = exact_velocity,
                                         .exact_time_factor = backwards};
         benchmark_flow(&exact, 0.5 * run->flow->period, points, count);
     }
 }
 
-static double colour_error(const struct run *run, const double start[3], const float *colour)
+static double color_error(const struct run *run, const double start[3], const float *color)
 {
-    double exact[COLOURS], sum = 0.0;
-    colour_at(&run->ball, ball_at(&run->ball, run->flow->balls, start), start, exact);
-    for (int c = 0; c < COLOURS; ++c) {
-        sum += (exact[c] - (double)colour[c]) * (exact[c] - (double)colour[c]);
+    double exact[COLORS], sum = 0.0;
+    color_at(&run->ball, ball_at(&run->ball, run->flow->balls, start), start, exact);
+    for (int c = 0; c < COLORS; ++c) {
+        sum += (exact[c] - (double)color[c]) * (exact[c] - (double)color[c]);
     }
-    return sqrt(sum / COLOURS);
+    return sqrt(sum / COLORS);
 }
 
 static const float *row(springls_view view,
@@ -233,7 +231,7 @@ static const float *row(springls_view view,
 /* Springls: the colour they carry, and their label. */
 static bool measure_springls(const struct run *run, struct moment *m)
 {
-    const springls_view p = springls_view_particles(run->ctx), colours = springls_view_attribute(run->ctx, run->colour);
+    const springls_view p = springls_view_particles(run->ctx), colors = springls_view_attribute(run->ctx, run->color);
     const springls_view labels = springls_view_attribute(run->ctx, run->label);
     const int n = springls_count(run->ctx);
     double *start = malloc(((size_t)n + 1) * 3 * sizeof *start), *errors = malloc(((size_t)n + 1) * sizeof *errors);
@@ -252,7 +250,7 @@ static bool measure_springls(const struct run *run, struct moment *m)
         to_start(run, m->time, start, n);
     }
     for (int i = 0; fine && i < n; ++i) {
-        errors[i] = colour_error(run, start + 3 * i, row(colours, i));
+        errors[i] = color_error(run, start + 3 * i, row(colors, i));
         wrong += (int)row(labels, i)[0] != ball_at(&run->ball, run->flow->balls, start + 3 * i);
     }
     m->springls = n;
@@ -268,24 +266,24 @@ static bool measure_springls(const struct run *run, struct moment *m)
 
 /* What vertices and corners of the zero level have: colours and labels blended of springls; places, colours and texture
  * coordinates looked up on the mesh that was given. */
-struct dressed {
+struct surface_data {
     springls_mesh mesh;
     springls_material *places, *corners, *naive;
-    float *colours, *labels, *at, *looked_up, *original_colours, *uv, *naive_uv;
+    float *colors, *labels, *at, *looked_up, *original_colors, *uv, *naive_uv;
     double *start, *errors, *centroids;
 };
 
-static void dressed_free(const struct run *run, struct dressed *d)
+static void surface_data_free(const struct run *run, struct surface_data *d)
 {
     springls_mesh_free(run->ctx, &d->mesh);
     free(d->places);
     free(d->corners);
     free(d->naive);
-    free(d->colours);
+    free(d->colors);
     free(d->labels);
     free(d->at);
     free(d->looked_up);
-    free(d->original_colours);
+    free(d->original_colors);
     free(d->uv);
     free(d->naive_uv);
     free(d->start);
@@ -293,7 +291,7 @@ static void dressed_free(const struct run *run, struct dressed *d)
     free(d->centroids);
 }
 
-static bool dress(const struct run *run, struct dressed *d)
+static bool read_surface_data(const struct run *run, struct surface_data *d)
 {
     const struct textured *ball = &run->ball;
     if (springls_extract_mesh(run->ctx, &d->mesh) != SPRINGLS_OK) {
@@ -303,17 +301,17 @@ static bool dress(const struct run *run, struct dressed *d)
     d->places = malloc(v * sizeof *d->places);
     d->corners = malloc(3 * t * sizeof *d->corners);
     d->naive = malloc(3 * t * sizeof *d->naive);
-    d->colours = malloc(v * COLOURS * sizeof *d->colours);
+    d->colors = malloc(v * COLORS * sizeof *d->colors);
     d->labels = malloc(v * sizeof *d->labels);
     d->at = malloc(v * 3 * sizeof *d->at);
-    d->looked_up = malloc(v * COLOURS * sizeof *d->looked_up);
-    d->original_colours = malloc(((size_t)ball->position_count + 1) * COLOURS * sizeof *d->original_colours);
+    d->looked_up = malloc(v * COLORS * sizeof *d->looked_up);
+    d->original_colors = malloc(((size_t)ball->position_count + 1) * COLORS * sizeof *d->original_colors);
     d->uv = malloc(6 * t * sizeof *d->uv);
     d->naive_uv = malloc(6 * t * sizeof *d->naive_uv);
     d->start = malloc(3 * v * sizeof *d->start);
     d->errors = malloc((v + t) * sizeof *d->errors);
     d->centroids = malloc(3 * t * sizeof *d->centroids);
-    if (!d->places || !d->corners || !d->naive || !d->colours || !d->labels || !d->at || !d->looked_up || !d->original_colours
+    if (!d->places || !d->corners || !d->naive || !d->colors || !d->labels || !d->at || !d->looked_up || !d->original_colors
         || !d->uv
         || !d->naive_uv || !d->start || !d->errors || !d->centroids) {
         return false;
@@ -321,14 +319,14 @@ static bool dress(const struct run *run, struct dressed *d)
     for (int i = 0; i < ball->position_count; ++i) {
         const double x[3] = {(double)ball->positions[3 * i], (double)ball->positions[3 * i + 1],
                              (double)ball->positions[3 * i + 2]};
-        double colour[COLOURS];
-        colour_at(ball, ball_at(ball, run->flow->balls, x), x, colour);
-        for (int c = 0; c < COLOURS; ++c) {
-            d->original_colours[COLOURS * i + c] = (float)colour[c];
+        double color[COLORS];
+        color_at(ball, ball_at(ball, run->flow->balls, x), x, color);
+        for (int c = 0; c < COLORS; ++c) {
+            d->original_colors[COLORS * i + c] = (float)color[c];
         }
     }
     const int vertices = d->mesh.vertex_count, corners = 3 * d->mesh.triangle_count, given = ball->triangle_count;
-    if (springls_mesh_attribute(run->ctx, &d->mesh, run->colour, d->colours) != SPRINGLS_OK
+    if (springls_mesh_attribute(run->ctx, &d->mesh, run->color, d->colors) != SPRINGLS_OK
         || springls_mesh_attribute(run->ctx, &d->mesh, run->label, d->labels) != SPRINGLS_OK
         || springls_mesh_materials(run->ctx, &d->mesh, d->places) != SPRINGLS_OK
         || springls_corner_materials(run->ctx, &d->mesh, ball->neighbors, d->corners) != SPRINGLS_OK) {
@@ -338,7 +336,7 @@ static bool dress(const struct run *run, struct dressed *d)
         d->naive[i] = d->places[d->mesh.triangles[i]];
     }
     return springls_interpolate_material(d->places, vertices, ball->positions, 3, ball->triangles, given, d->at) == SPRINGLS_OK
-           && springls_interpolate_material(d->places, vertices, d->original_colours, COLOURS, ball->triangles, given,
+           && springls_interpolate_material(d->places, vertices, d->original_colors, COLORS, ball->triangles, given,
                               d->looked_up) == SPRINGLS_OK
            && springls_interpolate_material(d->corners, corners, ball->corner_uv, 2, NULL, given, d->uv) == SPRINGLS_OK
            && springls_interpolate_material(d->naive, corners, ball->corner_uv, 2, NULL, given, d->naive_uv) == SPRINGLS_OK;
@@ -356,7 +354,7 @@ static int count_torn(const float *uv, int triangles)
 }
 
 /* Texture coordinates in the middle of every triangle, as arcs on the ball. */
-static struct error uv_error(const struct run *run, struct dressed *d, double time)
+static struct error uv_error(const struct run *run, struct surface_data *d, double time)
 {
     const int triangles = d->mesh.triangle_count;
     for (int i = 0; i < 3 * triangles; ++i) {
@@ -380,7 +378,7 @@ static struct error uv_error(const struct run *run, struct dressed *d, double ti
     return error_of(d->errors, triangles);
 }
 
-static void measure_mesh(const struct run *run, struct dressed *d, struct moment *m)
+static void measure_mesh(const struct run *run, struct surface_data *d, struct moment *m)
 {
     const int n = d->mesh.vertex_count;
     int wrong = 0;
@@ -389,13 +387,13 @@ static void measure_mesh(const struct run *run, struct dressed *d, struct moment
     }
     to_start(run, m->time, d->start, n);
     for (int i = 0; i < n; ++i) {
-        d->errors[i] = colour_error(run, d->start + 3 * i, d->colours + COLOURS * i);
+        d->errors[i] = color_error(run, d->start + 3 * i, d->colors + COLORS * i);
         wrong += (int)lrintf(d->labels[i]) != ball_at(&run->ball, run->flow->balls, d->start + 3 * i);
     }
     m->carried_on_mesh = error_of(d->errors, n);
     m->wrong_labels_on_mesh_percent = n > 0 ? 100.0 * wrong / n : 0.0;
     for (int i = 0; i < n; ++i) {
-        d->errors[i] = colour_error(run, d->start + 3 * i, d->looked_up + COLOURS * i);
+        d->errors[i] = color_error(run, d->start + 3 * i, d->looked_up + COLORS * i);
     }
     m->looked_up = error_of(d->errors, n);
     for (int i = 0; i < n; ++i) {
@@ -415,7 +413,7 @@ static void measure_mesh(const struct run *run, struct dressed *d, struct moment
 /* ---- pictures ---- */
 
 /* Meridians and parallels, and a line of its own at the seam. */
-static struct color texture_colour(void *user, const float uvb[3])
+static struct color texture_color(void *user, const float uvb[3])
 {
     (void)user;
     const bool dark = ((int)floorf(16.0f * uvb[0]) + (int)floorf(8.0f * uvb[1])) & 1;
@@ -425,17 +423,17 @@ static struct color texture_colour(void *user, const float uvb[3])
     return color_mix(color_hsv(uvb[0] * 2.0f + 0.3f * uvb[2], 0.55f, 0.95f), color_rgb(0.15f, 0.15f, 0.25f), dark ? 0.55f : 0.0f);
 }
 
-static bool draw(const struct run *run, const struct dressed *d, struct moment *m)
+static bool draw(const struct run *run, const struct surface_data *d, struct moment *m)
 {
     const size_t corners = 3 * (size_t)d->mesh.triangle_count;
     float *soup = malloc((3 * corners + 1) * sizeof *soup), *normals = malloc((3 * corners + 1) * sizeof *normals);
-    float *uvb = malloc((3 * corners + 1) * sizeof *uvb), *colours = malloc((3 * corners + 1) * sizeof *colours);
-    bool fine = soup && normals && uvb && colours;
+    float *uvb = malloc((3 * corners + 1) * sizeof *uvb), *colors = malloc((3 * corners + 1) * sizeof *colors);
+    bool fine = soup && normals && uvb && colors;
     for (size_t i = 0; fine && i < corners; ++i) {
         const size_t v = 3 * (size_t)d->mesh.triangles[i];
         memcpy(soup + 3 * i, d->mesh.positions + v, 3 * sizeof *soup);
         memcpy(normals + 3 * i, d->mesh.normals + v, 3 * sizeof *normals);
-        memcpy(colours + 3 * i, d->colours + v, 3 * sizeof *colours);
+        memcpy(colors + 3 * i, d->colors + v, 3 * sizeof *colors);
         uvb[3 * i] = d->uv[2 * i];
         uvb[3 * i + 1] = d->uv[2 * i + 1];
         uvb[3 * i + 2] = d->labels[v / 3];
@@ -447,17 +445,17 @@ static bool draw(const struct run *run, const struct dressed *d, struct moment *
         scene.camera = raycast_frame_points(soup, corners, direction, up, 0.0f, 1.0f);
         scene.background_top = scene.background_bottom = color_rgb(1.0f, 1.0f, 1.0f);
         scene.vertex_originals = uvb;
-        scene.color_at = texture_colour;
+        scene.color_at = texture_color;
         fine = raycast_render(&scene, 460, 460, &m->texture);
         scene.vertex_originals = NULL;
-        scene.vertex_colors = colours;
-        fine = fine && raycast_render(&scene, 460, 460, &m->colours);
+        scene.vertex_colors = colors;
+        fine = fine && raycast_render(&scene, 460, 460, &m->colors);
     }
     (void)run;
     free(soup);
     free(normals);
     free(uvb);
-    free(colours);
+    free(colors);
     return fine;
 }
 
@@ -468,7 +466,7 @@ static bool write_picture(const struct run *run)
     struct image images[2 * TIMES], strip;
     for (int i = 0; i < 2 * TIMES; ++i) {
         const struct moment *m = &run->moments[i % TIMES];
-        images[i] = i < TIMES ? m->texture : m->colours;
+        images[i] = i < TIMES ? m->texture : m->colors;
         snprintf(captions[i], sizeof captions[i], i < TIMES ? "t = %.2f: texture, looked up" : "t = %.2f: colours, carried",
                  m->time);
         texts[i] = captions[i];
@@ -488,18 +486,18 @@ static bool write_picture(const struct run *run)
 static bool take_moment(struct run *run, int index)
 {
     struct moment *m = &run->moments[index];
-    struct dressed d;
+    struct surface_data d;
     springls_measures measures;
     memset(&d, 0, sizeof d);
     m->time = springls_time(run->ctx);
-    bool fine = measure_springls(run, m) && dress(run, &d) && springls_measure(run->ctx, &measures) == SPRINGLS_OK;
+    bool fine = measure_springls(run, m) && read_surface_data(run, &d) && springls_measure(run->ctx, &measures) == SPRINGLS_OK;
     if (fine) {
         measure_mesh(run, &d, m);
         m->components = measures.components;
         m->euler = measures.euler;
         fine = !run->common.out || draw(run, &d, m);
     }
-    dressed_free(run, &d);
+    surface_data_free(run, &d);
     return fine;
 }
 
@@ -507,21 +505,21 @@ static bool give_attributes(struct run *run)
 {
     const springls_view p = springls_view_particles(run->ctx);
     const int n = springls_count(run->ctx);
-    const springls_attribute_desc colour = {"colour", COLOURS, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY};
+    const springls_attribute_desc color = {"colour", COLORS, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY};
     const springls_attribute_desc label = {"label", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY};
-    float *values = malloc(((size_t)n + 1) * COLOURS * sizeof *values), *labels = malloc(((size_t)n + 1) * sizeof *labels);
+    float *values = malloc(((size_t)n + 1) * COLORS * sizeof *values), *labels = malloc(((size_t)n + 1) * sizeof *labels);
     bool fine = values && labels;
     for (int i = 0; fine && i < n; ++i) {
         const double x[3] = {(double)row(p, i)[0], (double)row(p, i)[1], (double)row(p, i)[2]};
         const int ball = ball_at(&run->ball, run->flow->balls, x);
-        double exact[COLOURS];
-        colour_at(&run->ball, ball, x, exact);
-        for (int c = 0; c < COLOURS; ++c) {
-            values[COLOURS * i + c] = (float)exact[c];
+        double exact[COLORS];
+        color_at(&run->ball, ball, x, exact);
+        for (int c = 0; c < COLORS; ++c) {
+            values[COLORS * i + c] = (float)exact[c];
         }
         labels[i] = (float)ball;
     }
-    fine = fine && springls_add_attribute(run->ctx, &colour, values, &run->colour) == SPRINGLS_OK
+    fine = fine && springls_add_attribute(run->ctx, &color, values, &run->color) == SPRINGLS_OK
            && springls_add_attribute(run->ctx, &label, labels, &run->label) == SPRINGLS_OK;
     free(values);
     free(labels);
@@ -542,15 +540,15 @@ static bool set_up(struct run *run)
 static bool move(struct run *run)
 {
     const springls_forces forces = {.velocity = run->flow->velocity, .user = run->flow->user};
-    const int parts = 20;
-    const springls_step_desc step = {.forces = &forces, .dt = (float)(run->flow->period / (2 * parts)), .max_displacement = 2.0f};
+    const int calls = 20;
+    const springls_step_desc step = {.forces = &forces, .dt = (float)(run->flow->period / (2 * calls)), .max_displacement = 2.0f};
     struct progress bar;
-    progress_begin(&bar, run->flow->name, (size_t)(2 * parts), run->common.quiet);
+    progress_begin(&bar, run->flow->name, (size_t)(2 * calls), run->common.quiet);
     bool fine = take_moment(run, 0);
-    for (int i = 1; fine && i <= 2 * parts; ++i) {
+    for (int i = 1; fine && i <= 2 * calls; ++i) {
         fine = springls_step(run->ctx, &step) == SPRINGLS_OK;
-        if (fine && i % parts == 0) {
-            fine = take_moment(run, i / parts);
+        if (fine && i % calls == 0) {
+            fine = take_moment(run, i / calls);
         }
         progress_update(&bar, (size_t)i, NULL);
     }
@@ -641,7 +639,7 @@ static int run_flow(struct run *run, const springls_params *params, springls_bac
     const int n = run->common.grid;
     springls_desc desc = {.grid = {.size = {n, n, n}}, .params = params, .backend = backend};
     int status = run_create("attributes", &desc, &run->ctx);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     const double begin = elapsed_seconds();
@@ -662,7 +660,7 @@ static int run_flow(struct run *run, const springls_params *params, springls_bac
     }
     for (int i = 0; i < TIMES; ++i) {
         image_free(&run->moments[i].texture);
-        image_free(&run->moments[i].colours);
+        image_free(&run->moments[i].colors);
     }
     textured_free(&run->ball);
     springls_destroy(run->ctx);
@@ -676,8 +674,8 @@ static int run_all(struct run *options, const springls_params *params, springls_
     struct meeting meeting = {0.5 * n, 0.05 * n, 0.08 * n, options->period}; /* a gap of 1.5 voxels becomes one of 0.3 */;
     const struct flow flows[2] = {{"leveque", "LeVeque's flow", springls_velocity_deformation, &leveque, options->period, 1},
                                   {"meeting", "two balls meet and part", meeting_velocity, &meeting, options->period, 2}};
-    int status = CLI_GO_ON;
-    for (int i = 0; i < 2 && status == CLI_GO_ON; ++i) {
+    int status = CLI_CONTINUE;
+    for (int i = 0; i < 2 && status == CLI_CONTINUE; ++i) {
         struct run run = *options;
         if (strcmp(options->which, "both") != 0 && strcmp(options->which, flows[i].name) != 0) {
             continue;
@@ -711,10 +709,10 @@ int main(int argc, char **argv)
                                         .options = table,
                                         .option_count = (int)(sizeof table / sizeof *table)};
     int status = cli_parse(&program, argc, argv);
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("attributes", &options.common, options.set, &params);
     }
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     options.common.grid = options.common.grid > 0 ? options.common.grid : 64;
@@ -735,9 +733,9 @@ int main(int argc, char **argv)
     if (options.common.json) {
         json_array_end(&json);
         json_object_end(&json);
-        if (!json_close(&json) && status == CLI_GO_ON) {
+        if (!json_close(&json) && status == CLI_CONTINUE) {
             status = cli_fail("attributes", CLI_EXIT_FAILURE, "%s cannot be written", options.common.json);
         }
     }
-    return status == CLI_GO_ON ? CLI_EXIT_OK : status;
+    return status == CLI_CONTINUE ? CLI_EXIT_OK : status;
 }

@@ -1,21 +1,19 @@
 /* csg.c - solids made of solids: union, intersection and difference of two, and one grown, shrunk, smoothed or made over with
  * springls of even size. Solids are mesh files or ready-made shapes; colours of their vertices are carried along and come out
  * with the result. */
-#define SPRINGLS_IMPLEMENTATION
+#include "base/json.h"
+#include "base/progress.h"
+#include "springls/model_pictures.h"
+#include "springls/run_options.h"
 #include "springls_cl.h"
-
-#include "common/json.h"
-#include "common/mesh_io.h"
-#include "common/model_pictures.h"
-#include "common/progress.h"
-#include "common/run_options.h"
+#include "surface/mesh_io.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SOLIDS = 2, PICTURE = 480 };
+enum { MAX_SOLIDS = 2, PICTURE = 480 };
 
 struct solid {
     const char *text; /* a file, ball:x,y,z,r or box:x,y,z,half */
@@ -33,17 +31,17 @@ struct csg {
     const char *operation, *result, *set;
     double amount;
     bool keep_volume;
-    struct solid solids[MOST_SOLIDS];
+    struct solid solids[MAX_SOLIDS];
     int count;
     double spacing;
     springls_params params;
     springls_mesh mesh;
-    float *colours;
+    float *colors;
     int springls;
     springls_stats stats;
     springls_measures measures;
     double seconds;
-    struct image pictures[MOST_SOLIDS + 1];
+    struct image pictures[MAX_SOLIDS + 1];
 };
 
 static const char *const operations = "union|intersection|difference|offset|smooth|remesh";
@@ -146,19 +144,19 @@ static bool paint(struct solid *s, int number, int *triangles)
 {
     const int n = springls_count(s->ctx);
     const springls_attribute_desc desc = {"colour", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY};
-    static const float plain[MOST_SOLIDS][3] = {{0.85f, 0.70f, 0.45f}, {0.35f, 0.55f, 0.85f}};
-    float *colours = malloc(((size_t)n + 1) * 3 * sizeof *colours);
+    static const float plain[MAX_SOLIDS][3] = {{0.85f, 0.70f, 0.45f}, {0.35f, 0.55f, 0.85f}};
+    float *colors = malloc(((size_t)n + 1) * 3 * sizeof *colors);
     springls_material *places = malloc(((size_t)n + 1) * sizeof *places);
-    bool fine = colours && places;
+    bool fine = colors && places;
     for (int i = 0; fine && i < n; ++i) {
-        memcpy(colours + 3 * i, plain[number], sizeof plain[number]);
+        memcpy(colors + 3 * i, plain[number], sizeof plain[number]);
     }
     if (fine && s->mesh.colors) {
         fine = springls_springl_materials(s->ctx, places) == SPRINGLS_OK
-               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colours) == SPRINGLS_OK;
+               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colors) == SPRINGLS_OK;
     }
-    fine = fine && springls_add_attribute(s->ctx, &desc, colours, NULL) == SPRINGLS_OK;
-    free(colours);
+    fine = fine && springls_add_attribute(s->ctx, &desc, colors, NULL) == SPRINGLS_OK;
+    free(colors);
     free(places);
     return fine;
 }
@@ -206,15 +204,15 @@ static springls_status operate(struct csg *csg)
 
 /* ---- what comes out ---- */
 
-static bool extract(springls_context *ctx, springls_mesh *mesh, float **colours)
+static bool extract(springls_context *ctx, springls_mesh *mesh, float **colors)
 {
     memset(mesh, 0, sizeof *mesh);
-    *colours = NULL;
+    *colors = NULL;
     if (springls_extract_mesh(ctx, mesh) != SPRINGLS_OK) {
         return false;
     }
-    *colours = malloc(((size_t)mesh->vertex_count + 1) * 3 * sizeof **colours);
-    return *colours && springls_mesh_attribute(ctx, mesh, springls_find_attribute(ctx, "colour"), *colours) == SPRINGLS_OK;
+    *colors = malloc(((size_t)mesh->vertex_count + 1) * 3 * sizeof **colors);
+    return *colors && springls_mesh_attribute(ctx, mesh, springls_find_attribute(ctx, "colour"), *colors) == SPRINGLS_OK;
 }
 
 static uint32_t *indices_of(const springls_mesh *mesh)
@@ -227,7 +225,7 @@ static uint32_t *indices_of(const springls_mesh *mesh)
     return indices;
 }
 
-static bool draw(const springls_mesh *mesh, const float *colours, const struct raycast_camera *camera, struct image *picture)
+static bool draw(const springls_mesh *mesh, const float *colors, const struct raycast_camera *camera, struct image *picture)
 {
     uint32_t *indices = indices_of(mesh);
     const struct raycast_scene scene = {.positions = mesh->positions,
@@ -235,7 +233,7 @@ static bool draw(const springls_mesh *mesh, const float *colours, const struct r
                                         .indices = indices,
                                         .triangle_count = (size_t)mesh->triangle_count,
                                         .normals = mesh->normals,
-                                        .vertex_colors = colours,
+                                        .vertex_colors = colors,
                                         .background_top = {1.0f, 1.0f, 1.0f},
                                         .background_bottom = {1.0f, 1.0f, 1.0f},
                                         .camera = *camera};
@@ -262,11 +260,11 @@ static struct raycast_camera camera_of(const struct csg *csg)
 static bool draw_solid(struct csg *csg, int number, const struct raycast_camera *camera)
 {
     springls_mesh mesh;
-    float *colours;
+    float *colors;
     springls_context *ctx = csg->solids[number].ctx;
-    const bool fine = extract(ctx, &mesh, &colours) && draw(&mesh, colours, camera, &csg->pictures[number]);
+    const bool fine = extract(ctx, &mesh, &colors) && draw(&mesh, colors, camera, &csg->pictures[number]);
     springls_mesh_free(ctx, &mesh);
-    free(colours);
+    free(colors);
     return fine;
 }
 
@@ -279,7 +277,7 @@ static bool write_result(struct csg *csg)
                                  .indices = indices,
                                  .triangle_count = (size_t)csg->mesh.triangle_count,
                                  .normals = csg->mesh.normals,
-                                 .colors = csg->colours,
+                                 .colors = csg->colors,
                                  .originals = csg->mesh.correspondences,
                                  .comment = "a_x a_y a_z: place on the solids that were given"};
     const char *file = csg->result ? csg->result : run_path(csg->common.out, "csg.ply", path, sizeof path);
@@ -294,7 +292,7 @@ static bool write_result(struct csg *csg)
 static bool write_picture(struct csg *csg)
 {
     char path[1024];
-    const char *captions[MOST_SOLIDS + 1] = {"the first", "the second", csg->operation};
+    const char *captions[MAX_SOLIDS + 1] = {"the first", "the second", csg->operation};
     struct image strip;
     captions[csg->count] = csg->operation;
     if (!image_strip(csg->pictures, captions, csg->count + 1, csg->count + 1, color_rgb(1.0f, 1.0f, 1.0f), &strip)) {
@@ -322,7 +320,7 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
 {
     struct json_writer json;
     if (!json_open(&json, csg->common.json)) {
-        return cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_GO_ON;
+        return cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_CONTINUE;
     }
     json_object_begin(&json, NULL);
     json_string(&json, "operation", csg->operation);
@@ -346,7 +344,7 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
     json_number(&json, "seconds_operation", csg->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
-    return json_close(&json) || cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_GO_ON;
+    return json_close(&json) || cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_CONTINUE;
 }
 
 /* ---- the run ---- */
@@ -365,7 +363,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     for (int i = 0; i < csg->count; ++i) {
         struct solid *s = &csg->solids[i];
         springls_desc desc = {.grid = grid, .params = &csg->params, .backend = backend};
-        if (run_create("csg", &desc, &s->ctx) != CLI_GO_ON) {
+        if (run_create("csg", &desc, &s->ctx) != CLI_CONTINUE) {
             return false;
         }
         if (!make_solid(s, i) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK
@@ -381,8 +379,8 @@ static bool run(struct csg *csg, springls_backend *backend)
     springls_context *ctx = csg->solids[0].ctx;
     csg->springls = springls_count(ctx);
     csg->stats = springls_get_stats(ctx);
-    if (springls_measure(ctx, &csg->measures) != SPRINGLS_OK || !extract(ctx, &csg->mesh, &csg->colours)
-        || (csg->common.out && !draw(&csg->mesh, csg->colours, &camera, &csg->pictures[csg->count]))) {
+    if (springls_measure(ctx, &csg->measures) != SPRINGLS_OK || !extract(ctx, &csg->mesh, &csg->colors)
+        || (csg->common.out && !draw(&csg->mesh, csg->colors, &camera, &csg->pictures[csg->count]))) {
         return said(csg, 0);
     }
     return true;
@@ -406,12 +404,12 @@ static void free_all(struct csg *csg)
     if (csg->solids[0].ctx) {
         springls_mesh_free(csg->solids[0].ctx, &csg->mesh);
     }
-    free(csg->colours);
-    for (int i = 0; i < MOST_SOLIDS; ++i) {
+    free(csg->colors);
+    for (int i = 0; i < MAX_SOLIDS; ++i) {
         springls_destroy(csg->solids[i].ctx);
         mesh_free(&csg->solids[i].mesh);
     }
-    for (int i = 0; i < MOST_SOLIDS + 1; ++i) {
+    for (int i = 0; i < MAX_SOLIDS + 1; ++i) {
         image_free(&csg->pictures[i]);
     }
 }
@@ -438,7 +436,7 @@ static int check_usage(struct csg *csg)
     if (csg->common.grid != 0 && csg->common.grid < 24) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--grid: 24 or more");
     }
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
 int main(int argc, char **argv)
@@ -465,13 +463,13 @@ int main(int argc, char **argv)
                                         .positionals = positionals,
                                         .positional_count = (int)(sizeof positionals / sizeof *positionals)};
     int status = cli_parse(&program, argc, argv);
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = check_usage(&csg);
     }
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("csg", &csg.common, csg.set, &csg.params);
     }
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     csg.common.grid = csg.common.grid > 0 ? csg.common.grid : 96;

@@ -1,28 +1,92 @@
 # ---- examples ----
 
-build/common/%.o: examples/common/%.c build/common/settings | springls.h
-	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -c -o $@ $<
+# Shared code lies in the folders of examples/common, here from the highest to the lowest. A folder is a static library. It may
+# include the folders of its _USES, and what those use; _LIBS are the libraries it needs (.ci/deps.sh has their packages).
+EXAMPLE_FOLDERS   = springls character registration shapes imaging surface pictures base
 
-build/libcommon.a: $(COMMON)
-	@rm -f $@
-	$(SAY)$(AR) rcs $@ $(COMMON)
+springls_USES     = pictures
+character_USES    = shapes surface
+registration_USES = imaging
+shapes_USES       = pictures
+imaging_USES      = pictures
+surface_USES      = base
+pictures_USES     = base
 
-build/%: examples/%.c springls.h springls_cl.h build/libcommon.a build/common/settings
-	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
+character_LIBS    = -lcjson
+registration_LIBS = -llapacke
+shapes_LIBS       = -llapacke
+imaging_LIBS      = -lnifti2 -lznz -lteem -lz
+surface_LIBS      = -lassimp
+
+# A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.
+leveque_USES      = springls
+zalesak_USES      = springls
+attributes_USES   = springls
+csg_USES          = springls surface
+segment_USES      = springls surface imaging
+register_USES     = springls registration
+track4d_USES      = springls surface shapes registration
+atlas_USES        = springls surface shapes imaging
+morph_USES        = springls character
+viewer_USES       = springls surface
+
+atlas_LIBS        = -lcjson
+morph_LIBS        = -lz
+viewer_LIBS       = -lglfw -lepoxy
+
+EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures %.mk,$(wildcard examples/*))))
+
+# $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries.
+uses            = $(foreach f,$(1),$(f) $(call uses,$($(f)_USES)))
+folders         = $(filter $(call uses,$(1)),$(EXAMPLE_FOLDERS))
+folder_sources  = $(foreach f,$(call folders,$(1)),$(wildcard examples/common/$(f)/*.c))
+folder_archives = $(patsubst %,build/examples/common/%.a,$(call folders,$(1)))
+folder_libs     = -Wl,--as-needed $(foreach f,$(call folders,$(1)),$($(f)_LIBS)) -lm -pthread
+objects         = $(patsubst examples/%.c,build/examples/%.o,$(wildcard examples/$(1).c examples/$(1)/*.c))
+
+build/examples/%.o: examples/%.c build/examples/settings | springls.h
+	@mkdir -p $(@D)
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -Iexamples -Iexamples/common -MMD -MP -c -o $@ $<
+
+define folder_rule
+build/examples/common/$(1).a: $(call objects,common/$(1))
+	@rm -f $$@
+	$$(SAY)$$(AR) rcs $$@ $$^
+endef
+$(foreach f,$(EXAMPLE_FOLDERS),$(eval $(call folder_rule,$(f))))
+
+define program_rule
+$(1): build/$(1)
+build/$(1): $(call objects,$(1)) $(call folder_archives,$($(1)_USES))
+	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) -o $$@ $$^ $($(1)_LIBS) $(call folder_libs,$($(1)_USES))
+endef
+$(foreach p,$(filter-out engine_embed,$(EXAMPLES)),$(eval $(call program_rule,$(p))))
 
 # C++17, as engines are written.
-build/%: examples/%.cpp springls.h build/common/settings
-	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/$*.d -o $@ $< -lm -pthread
+engine_embed: build/engine_embed
+build/engine_embed: examples/engine_embed.cpp build/examples/settings | springls.h
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/examples/engine_embed.d -o $@ $< -lm -pthread
 
-examples: $(EXAMPLES)   ## build every program of examples/ into build/
+.PHONY: $(EXAMPLES) check-folders
+examples: $(EXAMPLES)   ## build every program of examples/ into build/ (or one: make leveque)
+
+# Refuses an include of a folder that its own does not use.
+check-folders:
+	@$(foreach f,$(EXAMPLE_FOLDERS),! grep -nE '#include "($(subst $() $(),|,$(filter-out $(call folders,$(f)),$(EXAMPLE_FOLDERS))))(_cl)?[/.]' \
+	  examples/common/$(f)/*.[ch] &&) true || { echo "check: examples.mk allows no such include"; exit 1; }
 
 HEAD_SCAN  ?= /usr/share/mricron/templates/ch2bet.nii.gz
 # Between fluid and grey matter of that scan.
 HEAD_LEVEL ?= 72
 
+# All processors work without a -j of the user's, and what they print stays together.
+PARALLEL = --no-print-directory $(if $(findstring -j,$(MAKEFLAGS)),,-j$(shell nproc 2> /dev/null || echo 2) --output-sync=target)
+
 demo: deps-demo   ## from nothing to results: set-up, build, two programs run into build/demo/
-	@$(MAKE) --no-print-directory examples
+	@$(MAKE) $(PARALLEL) leveque segment
 	@mkdir -p build/demo
 	build/leveque --grid 64 --period 1.25 --out build/demo
 	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --out build/demo/brain
 	@echo "see build/demo/"
+
+-include $(wildcard build/examples/*.d build/examples/*/*.d build/examples/*/*/*.d)

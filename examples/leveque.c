@@ -1,9 +1,7 @@
 /* leveque.c - LeVeque's deformation test (paper, sections 5.2 to 5.5): a flow draws a sphere out into a thin disk and, time
  * being reversed at T/2, back again. Domain [0,1]^3, voxel i at i/N; sphere of radius 0.15 at (0.35, 0.35, 0.35). */
-#define SPRINGLS_IMPLEMENTATION
-#include "springls_cl.h"
-
-#include "common/benchmark.h"
+#include "springls.h"
+#include "springls/benchmark.h"
 
 #include <math.h>
 #include <string.h>
@@ -20,15 +18,15 @@ static void velocity(const void *user, const double x[3], double factor, double 
 {
     const springls_deformation_flow *flow = user;
     const double n = (double)flow->grid_size;
-    double once[3], twice[3]; /* sin^2(pi x), sin(2 pi x) */
+    double sin_squared[3], sin_double[3]; /* sin^2(pi x), sin(2 pi x) */
     for (int c = 0; c < 3; ++c) {
         const double s = sin(pi * x[c] / n), k = cos(pi * x[c] / n);
-        once[c] = s * s;
-        twice[c] = 2.0 * s * k;
+        sin_squared[c] = s * s;
+        sin_double[c] = 2.0 * s * k;
     }
-    v[0] = factor * n * 2.0 * once[0] * twice[1] * twice[2];
-    v[1] = -factor * n * twice[0] * once[1] * twice[2];
-    v[2] = -factor * n * twice[0] * twice[1] * once[2];
+    v[0] = factor * n * 2.0 * sin_squared[0] * sin_double[1] * sin_double[2];
+    v[1] = -factor * n * sin_double[0] * sin_squared[1] * sin_double[2];
+    v[2] = -factor * n * sin_double[0] * sin_double[1] * sin_squared[2];
 }
 
 static const struct benchmark_published published[] = {
@@ -54,7 +52,7 @@ int main(int argc, char **argv)
     benchmark_option_table(&options, table);
     table[BENCHMARK_OPTION_COUNT] = own;
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     const int grid = options.common.grid > 0 ? options.common.grid : 128;

@@ -5,19 +5,17 @@
  *   register fixed.nii.gz moving.nii.gz --field deformationField.nii.gz --out result     # of another program
  *
  * The field takes points of the fixed image to the moving one, so the moving image, read at the places that the field says,
- * looks like the fixed one. Method: common/register.h. Files: common/field.h, which says how ITK and elastix see them. */
-#define SPRINGLS_IMPLEMENTATION
-#include "springls_cl.h"
-
-#include "common/field.h"
-#include "common/json.h"
-#include "common/metrics.h"
-#include "common/points.h"
-#include "common/progress.h"
-#include "common/register.h"
-#include "common/run_options.h"
-#include "common/slices.h"
-#include "common/vec3.h"
+ * looks like the fixed one. Method: registration/register.h. Files: registration/field.h, with the conventions of ITK and elastix. */
+#include "base/json.h"
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "imaging/overlap.h"
+#include "imaging/slices.h"
+#include "registration/field.h"
+#include "registration/points.h"
+#include "registration/register.h"
+#include "springls.h"
+#include "springls/run_options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -39,7 +37,7 @@ struct run {
     struct field forward, inverse; /* on the fixed image's grid; on the moving one's */
     float *unmoved, *warped;       /* the moving image on the fixed one's grid, without and with the field */
     float *jacobian;
-    float least_jacobian;
+    float min_jacobian;
     struct pair inverse_error;     /* |inverse(forward(x)) - x|, mm */
     double rms_before, rms_after;  /* of the normalised images */
     bool has_labels, has_points;
@@ -71,7 +69,7 @@ static int read_command_line(struct run *run, int argc, char **argv)
         {"one-sided", CLI_FLAG, &set->one_sided, NULL, "forces of the fixed image's side only: faster, not symmetric", 0, 0,
          NULL},
         {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the image's size", 0,
-         REGISTER_MOST_LEVELS, NULL},
+         REGISTER_MAX_LEVELS, NULL},
         {"iterations", CLI_INT, &set->iterations, "K", "at most on each grid", 0, 1e5, NULL},
         {"update-sigma", CLI_FLOAT, &set->update_sigma, "S", "Gaussian of the update, voxels (fluid)", 0, 20, NULL},
         {"velocity-sigma", CLI_FLOAT, &set->velocity_sigma, "S", "Gaussian of the velocity, voxels (elastic)", 0, 20, NULL},
@@ -98,7 +96,7 @@ static int read_command_line(struct run *run, int argc, char **argv)
                                         .positionals = positionals,
                                         .positional_count = 2};
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     while (strcmp(aligns[set->align], run->align) != 0) {
@@ -111,7 +109,7 @@ static int read_command_line(struct run *run, int argc, char **argv)
     if (!run->fixed_points_path != !run->moving_points_path) {
         return cli_fail("register", CLI_EXIT_USAGE, "--fixed-points and --moving-points go together");
     }
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
 /* ---- the fields ---- */
@@ -175,7 +173,7 @@ static bool make_fields(struct run *run)
 
 /* ---- measures ---- */
 
-static float normalised(float value, struct register_window window)
+static float normalized(float value, struct register_window window)
 {
     return fmaxf(0.0f, fminf(1.0f, (value - window.low) / (window.high - window.low)));
 }
@@ -187,7 +185,7 @@ static double rms(const struct run *run, const float *moved, struct register_win
     double sum = 0.0, number = 0.0;
     for (size_t n = 0; n < total; ++n) {
         if (!isnan(moved[n])) {
-            const double d = (double)(normalised(run->fixed.data[n], fixed) - normalised(moved[n], moving));
+            const double d = (double)(normalized(run->fixed.data[n], fixed) - normalized(moved[n], moving));
             sum += d * d;
             number += 1.0;
         }
@@ -217,9 +215,9 @@ static bool compare_labels(struct run *run)
         good = no_memory();
     } else {
         field_warp_labels(&still, &moving, moved);
-        run->dice_before = metrics_overlap(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->dice_before = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
         field_warp_labels(&run->forward, &moving, moved);
-        run->dice_after = metrics_overlap(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->dice_after = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
         run->has_labels = true;
         field_free(&still);
     }
@@ -287,7 +285,7 @@ static bool measure(struct run *run)
     field_warp(&still, &run->moving, NAN, run->unmoved);
     field_warp(&run->forward, &run->moving, NAN, run->warped);
     field_free(&still);
-    run->least_jacobian = field_jacobian(&run->forward, run->jacobian);
+    run->min_jacobian = field_jacobian(&run->forward, run->jacobian);
     windows(run, &fixed, &moving);
     run->rms_before = rms(run, run->unmoved, fixed, moving);
     run->rms_after = rms(run, run->warped, fixed, moving);
@@ -332,7 +330,7 @@ static bool draw(const struct run *run, const char *path)
         for (size_t n = 0; n < volume_voxels(&run->fixed); ++n) {
             int place[3];
             volume_place(dims, n, place);
-            const float f = normalised(run->fixed.data[n], fixed), m = normalised(moved[n], moving);
+            const float f = normalized(run->fixed.data[n], fixed), m = normalized(moved[n], moving);
             const float checker = (place[0] / tile + place[1] / tile + place[2] / tile) % 2 ? f : m;
             data[n] = done < 2 ? checker : done < 4 ? fabsf(f - m) : done == 4 ? f : run->jacobian[n];
         }
@@ -396,7 +394,7 @@ static bool report(const struct run *run, const char *path)
     }
     json_number(&json, "rms_before", run->rms_before);
     json_number(&json, "rms_after", run->rms_after);
-    json_number(&json, "jacobian_min", (double)run->least_jacobian);
+    json_number(&json, "jacobian_min", (double)run->min_jacobian);
     json_pair(&json, "inverse_error_mm", run->inverse_error);
     if (run->has_labels) {
         json_number(&json, "dice_before", run->dice_before);
@@ -437,7 +435,7 @@ static void print_summary(const struct run *run)
         return;
     }
     printf("difference (RMS, range 0..1) %.4f before, %.4f after; %.1f s\n", run->rms_before, run->rms_after, run->seconds);
-    printf("smallest Jacobian %.3f; inverse of forward: mean %.4f mm, largest %.3f mm\n", (double)run->least_jacobian,
+    printf("smallest Jacobian %.3f; inverse of forward: mean %.4f mm, largest %.3f mm\n", (double)run->min_jacobian,
            run->inverse_error.mean, run->inverse_error.max);
     if (run->has_labels) {
         printf("Dice %.4f before, %.4f after\n", run->dice_before, run->dice_after);
@@ -475,10 +473,10 @@ int main(int argc, char **argv)
     run.common = cli_common_defaults();
     run.settings = register_defaults();
     int status = read_command_line(&run, argc, argv);
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("register", &run.common, NULL, &params);
     }
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (strcmp(run.common.backend, "opencl") == 0 && !run.common.quiet) {

@@ -1,10 +1,8 @@
 /* zalesak.c - Zalesak's test (paper, section 5.2, Fig. 9, Table 4): a notched sphere turned by a rigid rotation, 628 steps
  * a revolution, about the axis through the middle of the domain that is parallel to z. Domain [0,1]^3, voxel i at i/N;
  * the body of Enright et al. 2002: radius 0.15 at (0.5, 0.75, 0.5), slot 0.05 wide and 0.125 deep, through all z. */
-#define SPRINGLS_IMPLEMENTATION
-#include "springls_cl.h"
-
-#include "common/benchmark.h"
+#include "springls.h"
+#include "springls/benchmark.h"
 
 #include <math.h>
 
@@ -60,7 +58,7 @@ int main(int argc, char **argv)
     benchmark_option_table(&options, table);
     table[BENCHMARK_OPTION_COUNT] = own;
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     const int grid = options.common.grid > 0 ? options.common.grid : 128;

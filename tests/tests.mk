@@ -1,14 +1,30 @@
 # ---- tests ----
 
-# Tests of examples/common are compiled together with it, so that the sanitizers see its code too; that of the atlas
-# holds the library for all its files. Where its libraries
-# cannot be had these tests skip themselves.
+# Tests of the examples are compiled together with the folders that they use (examples/examples.mk), so that the sanitizers
+# see their code too. Where the libraries of these folders cannot be had the tests skip themselves.
 ifeq ($(WITH_LIBRARIES),1)
-$(TEST_DIR)/examples/test_%: tests/examples/test_%.c springls.h springls_cl.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
+test_atlas_USES     = $(atlas_USES)
+test_bad_files_USES = surface imaging
+test_common_USES    = surface imaging
+test_contour_USES   = $(segment_USES)
+test_imaging_USES   = base
+test_morph_USES     = $(morph_USES)
+test_register_USES  = $(registration_USES) registration
+test_segment_USES   = imaging
+test_track_USES     = $(track4d_USES)
+test_viewer_USES    = $(viewer_USES)
+test_volume_USES    = imaging
+test_atlas_LIBS     = $(atlas_LIBS)
+test_imaging_LIBS   = -lcjson
+test_morph_LIBS     = $(morph_LIBS)
+test_viewer_LIBS    = $(viewer_LIBS)
+# The other program tests include the sources of their program.
+test_atlas_SOURCES  = $(filter-out examples/atlas/atlas.c,$(wildcard examples/atlas/*.c))
+
+$(TEST_DIR)/examples/test_%: tests/examples/test_%.c springls.h springls_cl.h $(TEST_DIR)/settings $(wildcard examples/*.c examples/*/*.[ch] examples/common/*/*.[ch])
 	@mkdir -p $(@D)
-	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< \
-	  $(filter-out $(if $(findstring examples/test_atlas,$@),$(NOT_ATLAS),$(ON_SPRINGLS)),$(wildcard examples/common/*.c)) \
-	  $(EXAMPLE_LIBS)
+	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -Iexamples -Iexamples/common -DTEST_EXAMPLES_COMMON -o $@ $< \
+	  $($(@F)_SOURCES) $(call folder_sources,$($(@F)_USES)) $($(@F)_LIBS) $(call folder_libs,$($(@F)_USES))
 endif
 
 $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
@@ -24,7 +40,7 @@ $(TEST_DIR)/examples/test_engine: tests/examples/test_engine.cc examples/engine_
 
 test: deps-test   ## build and run tests/*/test_*.c, each a program of its own, on both backends
 	@without="Going on without: the tests that want these are skipped."; \
-	  if $(DEPS) demo; then with=1; else with=0; echo "$$without"; fi; \
+	  if $(DEPS) examples; then with=1; else with=0; echo "$$without"; fi; \
 	  $(DEPS) display || echo "$$without"; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
 	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl

@@ -10,7 +10,7 @@
 #include "motion.h"
 #include "table.h"
 
-#include "examples/common/run_options.h"
+#include "examples/common/springls/run_options.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -36,7 +36,7 @@ static struct motion_setting default_setting(void)
     return setting;
 }
 
-enum { MOST_MEMBERS = 8 };
+enum { MAX_MEMBERS = 8 };
 
 /* Members that make sense only together are one improvement. It is applied by taking them from the default set, and taken
    back by taking them from the paper's. */
@@ -44,7 +44,7 @@ struct improvement {
     const char *name;
     struct member {
         size_t size, offset;
-    } members[MOST_MEMBERS];
+    } members[MAX_MEMBERS];
 };
 
 #define SETTING(member) {sizeof(((struct motion_setting *)NULL)->member), offsetof(struct motion_setting, member)}
@@ -72,7 +72,7 @@ enum { IMPROVEMENTS = (int)(sizeof improvements / sizeof *improvements), CASES =
 
 static void take_members(const struct improvement *improvement, const struct motion_setting *from, struct motion_setting *to)
 {
-    for (const struct member *m = improvement->members; m < improvement->members + MOST_MEMBERS && m->size > 0; ++m) {
+    for (const struct member *m = improvement->members; m < improvement->members + MAX_MEMBERS && m->size > 0; ++m) {
         memcpy((char *)to + m->offset, (const char *)from + m->offset, m->size);
     }
 }

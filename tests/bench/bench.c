@@ -11,13 +11,13 @@
 #include "runs.h"
 #include "table.h"
 
-#include "examples/common/progress.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 64 };
+enum { METHODS = 3, MEMORY_ROWS = 3, MAX_RUNS = 64 };
 
 /* What the tables' column "wanted" says. */
 static const double implementation_seconds = 4.0; /* of a program's build, once: nobody should mind waiting for it */
@@ -30,7 +30,7 @@ static const char *const method_names[METHODS] = {"springls, paper's parameters"
 
 struct bench {
     int grid;
-    struct run runs[MOST_RUNS];
+    struct run runs[MAX_RUNS];
     int run_count;
     double compile_seconds[2]; /* implementation, declarations */
 };

@@ -3,23 +3,45 @@
 # bench and paper start the example programs and these, and read what they print; ablation and motions run the library
 # themselves, by motion.c. All share tests/bench/{runs,table}.c.
 BENCH_SHARED  := tests/bench/runs.c tests/bench/table.c
-BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
+BENCH_HEADERS := $(wildcard tests/bench/*.h)
+BENCH_FLAGS    = -I. -Iexamples -Iexamples/common
 
-build/bench/bench build/bench/paper build/bench/ablation build/bench/motions build/bench/segmentation build/bench/imaging: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
-	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
-build/bench/bench: tests/bench/bench.c
-build/bench/segmentation: tests/bench/segmentation.c
-build/bench/imaging: $(wildcard tests/bench/imaging*.c)
-build/bench/paper: $(wildcard tests/bench/paper*.c) springls.h
-build/bench/ablation build/bench/motions: build/bench/%: tests/bench/%.c tests/bench/motion.c springls.h
+# The folders of examples/common that each uses (see examples/examples.mk).
+bench_bench_USES        = base
+bench_segmentation_USES = base
+bench_imaging_USES      = base
+bench_paper_USES        = pictures
+bench_ablation_USES     = springls surface
+bench_motions_USES      = springls surface
+bench_frames_USES       = springls
+bench_memory_USES       = springls
+bench_turns_USES        = springls
+bench_prepare_USES      = imaging
+bench_vtk_to_nifti_USES = imaging
+bench_imaging_LIBS      = -lcjson
 
-build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
-	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
+# Several sources: $(1) the program, $(2) the sources.
+define bench_rule
+build/bench/$(1): $(2) $(BENCH_SHARED) $(BENCH_HEADERS) $(call folder_archives,$(bench_$(1)_USES)) build/bench/settings | springls.h
+	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) $$(BENCH_FLAGS) -o $$@ $$(filter %.c %.a,$$^) $(bench_$(1)_LIBS) $(call folder_libs,$(bench_$(1)_USES))
+endef
+$(eval $(call bench_rule,bench,tests/bench/bench.c))
+$(eval $(call bench_rule,segmentation,tests/bench/segmentation.c))
+$(eval $(call bench_rule,imaging,$(wildcard tests/bench/imaging*.c)))
+$(eval $(call bench_rule,paper,$(wildcard tests/bench/paper*.c)))
+$(eval $(call bench_rule,ablation,tests/bench/ablation.c tests/bench/motion.c))
+$(eval $(call bench_rule,motions,tests/bench/motions.c tests/bench/motion.c))
 
-# OpenVDB's headers use functions of libraries that it links itself; hence the linker's option.
-build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/settings
-	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
-	  -Wl,--copy-dt-needed-entries $(EXAMPLE_LIBS) -lopenvdb -ltbb
+# One source; the last one is C++, and uses functions of libraries that OpenVDB links itself: hence the linker's option.
+define bench_file_rule
+build/bench/$(1): tests/bench/$(1).c $(call folder_archives,$(bench_$(1)_USES)) build/bench/settings | springls.h
+	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) $$(BENCH_FLAGS) -MMD -MP -MF $$@.d -o $$@ $$(filter %.c %.a,$$^) $(call folder_libs,$(bench_$(1)_USES))
+endef
+$(foreach p,frames memory turns prepare vtk_to_nifti,$(eval $(call bench_file_rule,$(p))))
+
+build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_archives,base) build/bench/settings | springls.h
+	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
+	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
 BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
@@ -28,26 +50,26 @@ bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, co
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 
-paper: deps-demo   ## the paper's tables and figures from our runs (some: PAPER="table3 fig14"; FULL=1; KEEP=1)
+paper: deps-examples   ## the paper's tables and figures from our runs (some: PAPER="table3 fig14"; FULL=1; KEEP=1)
 	@$(MAKE) --no-print-directory $(PAPER_PROGRAMS)
 	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(PAPER)
 
-ablation: deps-demo   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
+ablation: deps-examples   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/ablation
 	@build/bench/ablation
 
-motions: deps-demo   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
+motions: deps-examples   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
 
-segmentation: deps-demo   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
+segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)
 
 IMAGING_PROGRAMS := $(addprefix build/,segment register track4d atlas bench/prepare bench/imaging)
 quoted = $(if $(2),--$(1) '$(subst ','\'',$(2))')
 
-imaging: deps-demo   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or IMAGE= LABELS= SERIES= ..., see docs/imaging.md)
+imaging: deps-examples   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or IMAGE= LABELS= SERIES= ..., see docs/imaging.md)
 	@$(MAKE) --no-print-directory $(IMAGING_PROGRAMS)
 	@$(if $(filter 1,$(KEEP)),,rm -rf build/imaging)
 	@build/bench/imaging --templates $(patsubst %/,%,$(dir $(HEAD_SCAN))) $(call quoted,image,$(IMAGE)) $(call quoted,level,$(LEVEL)) \

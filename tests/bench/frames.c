@@ -3,11 +3,10 @@
  * meshed. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what else runs, of the
  * processor. Frames after 20 to settle. */
 #define _POSIX_C_SOURCE 200809L
-#define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
-#include "examples/common/json.h"
-#include "examples/common/progress.h"
+#include "examples/common/base/json.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdlib.h>

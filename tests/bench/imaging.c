@@ -9,7 +9,7 @@
  * exit status is 1. */
 #include "imaging.h"
 
-#include "examples/common/cli.h"
+#include "examples/common/base/cli.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,7 +38,7 @@ int main(int argc, char **argv)
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options)};
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     set->collection = getenv("SPRINGLS_DATA");

@@ -2,7 +2,7 @@
 #include "imaging.h"
 #include "table.h"
 
-#include "examples/common/page.h"
+#include "examples/common/base/page.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -12,14 +12,14 @@
 
 enum { PAGE_PATH = 300 };
 
-enum { MOST_PICTURES = 5 };
+enum { MAX_PICTURES = 5 };
 
 /* One section of the page for each kind of step. */
 static const struct {
     const char *heading, *text, *columns;
     struct {
         const char *file, *caption;
-    } pictures[MOST_PICTURES];
+    } pictures[MAX_PICTURES];
 } sections[IMAGING_KINDS] = {
     {"Images", "Made for this run.", "", {{NULL, NULL}}},
     {"Segmentation: active contours of springls",
@@ -245,7 +245,7 @@ static void show_failure(struct page *page, const struct run *run)
 static void show_pictures(struct page *page, const struct run *run, enum imaging_kind kind)
 {
     char path[2 * PAGE_PATH], source[PAGE_PATH];
-    for (int p = 0; p < MOST_PICTURES && sections[kind].pictures[p].file; ++p) {
+    for (int p = 0; p < MAX_PICTURES && sections[kind].pictures[p].file; ++p) {
         snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p].file);
         snprintf(path, sizeof path, "%s/%s", imaging_folder, source);
         if (access(path, R_OK) == 0) {

@@ -1,12 +1,12 @@
 /* memory GRID RADIUS - what a model of GRID^3 voxels that holds a sphere of RADIUS voxels keeps in memory, and how long it
  * takes to set up. One JSON object on stdout. */
-#define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
-#include "examples/common/json.h"
-#include "examples/common/progress.h"
+#include "examples/common/base/json.h"
+#include "examples/common/base/progress.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 int main(int argc, char **argv)
 {

@@ -1,12 +1,11 @@
 /* motion.c - one motion, run and measured, in any of three orders of the axes. */
 #define _POSIX_C_SOURCE 200809L
-#define SPRINGLS_IMPLEMENTATION
 #include "springls_cl.h"
 
 #include "motion.h"
 
-#include "examples/common/bvh.h"
-#include "examples/common/progress.h"
+#include "examples/common/base/bvh.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -14,7 +13,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST_SAMPLES = 30000, BATCH = 64, PIECES = 4 };
+enum { MAX_SAMPLES = 30000, BATCH = 64, PIECES = 4 };
 
 /* A run in progress. The problem's coordinate c is the model's coordinate (c + order) % 3. */
 struct course {
@@ -137,7 +136,7 @@ static void take_samples(struct course *course)
 {
     const struct motion *motion = course->motion;
     const springls_view corners = problem_view(course, springls_view_vertices(course->ctx), 3);
-    const int stride = motion->on_edge ? 1 : corners.count / MOST_SAMPLES + 1;
+    const int stride = motion->on_edge ? 1 : corners.count / MAX_SAMPLES + 1;
     course->sample_count = corners.count / stride;
     course->samples = room((size_t)course->sample_count, 3 * sizeof(double));
     course->on_edge = room((size_t)course->sample_count, sizeof(bool));

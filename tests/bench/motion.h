@@ -6,9 +6,9 @@
 #ifndef BENCH_MOTION_H
 #define BENCH_MOTION_H
 
-#include "examples/common/benchmark.h"
-#include "examples/common/json.h"
-#include "examples/common/mesh_io.h"
+#include "examples/common/springls/benchmark.h"
+#include "examples/common/base/json.h"
+#include "examples/common/surface/mesh_io.h"
 
 enum { MOTION_ORDERS = 3 };
 

@@ -22,7 +22,7 @@
 #include <set>
 
 extern "C" {
-#include "examples/common/progress.h"
+#include "examples/common/base/progress.h"
 }
 
 using openvdb::Vec3d;

@@ -9,7 +9,7 @@
  * Writes build/paper/paper.md, paper.json and pictures; build/paper/runs has what every run said. */
 #include "paper.h"
 
-#include "examples/common/progress.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdarg.h>

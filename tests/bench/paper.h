@@ -5,8 +5,8 @@
 #include "runs.h"
 #include "table.h"
 
-#include "examples/common/json.h"
-#include "examples/common/plot.h"
+#include "examples/common/base/json.h"
+#include "examples/common/pictures/plot.h"
 
 #include <stdio.h>
 

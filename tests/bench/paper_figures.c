@@ -6,7 +6,7 @@
 
 /* ---- Fig. 13: time per iteration ---- */
 
-enum { GROUPS = 6, GROUP_STAGES = 3, MOST_GRIDS = 5 };
+enum { GROUPS = 6, GROUP_STAGES = 3, MAX_GRIDS = 5 };
 static const char *const group_names[GROUPS] = {"all", "evolve, rebuild, project", "relax", "advect",
                                                "contract, resample", "fill gaps, track"};
 /* The paper has no "project", which finishes what evolve and rebuild leave. */
@@ -69,7 +69,7 @@ static bool plot_over_iterations(const char *csv_path, const char *title, struct
 static bool plot_over_grids(const struct run *const *runs, const int *grids, int count, const char *title,
                             struct image *image)
 {
-    static double x[MOST_GRIDS], y[GROUPS][MOST_GRIDS];
+    static double x[MAX_GRIDS], y[GROUPS][MAX_GRIDS];
     /* Table 3: total time over iterations. */
     static const double paper_x[PAPER_GRIDS] = {128, 256, 384, 512};
     static const double paper_y[PAPER_GRIDS] = {35e3 / 500, 300e3 / 1000, 970e3 / 1500, 2500e3 / 2000};
@@ -89,11 +89,11 @@ static bool plot_over_grids(const struct run *const *runs, const int *grids, int
 
 void paper_fig13(struct paper *paper)
 {
-    static const int nominal[MOST_GRIDS] = {64, 128, 256, 384, 512};
+    static const int nominal[MAX_GRIDS] = {64, 128, 256, 384, 512};
     static struct table table;
-    const struct run *runs[2][MOST_GRIDS];
+    const struct run *runs[2][MAX_GRIDS];
     const int count = paper->full ? 5 : 3;
-    int grids[MOST_GRIDS], ours[2][MOST_GRIDS];
+    int grids[MAX_GRIDS], ours[2][MAX_GRIDS];
     struct image images[4];
     for (int i = 0; i < count; ++i) {
         grids[i] = paper_grid(paper, nominal[i]);
@@ -150,16 +150,16 @@ static bool plot_errors(const double *x, const double *const errors[4], int coun
     return plot_render(&plot, 700, 500, image);
 }
 
-enum { MOST_TIMES = 8, MOST_TURNS = 10 };
+enum { MAX_TIMES = 8, MAX_TURNS = 10 };
 
 static void leveque_over_periods(struct paper *paper, struct image *image)
 {
-    static const double every[MOST_TIMES] = {0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0}, some[5] = {1.0, 1.5, 2.5, 3.0, 3.5};
+    static const double every[MAX_TIMES] = {0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0}, some[5] = {1.0, 1.5, 2.5, 3.0, 3.5};
     static struct table table;
-    static double errors[4][MOST_TIMES];
+    static double errors[4][MAX_TIMES];
     const double *periods = paper->full ? every : some;
-    const int count = paper->full ? MOST_TIMES : 5, grid = paper_grid(paper, 128);
-    int ours[2][MOST_TIMES];
+    const int count = paper->full ? MAX_TIMES : 5, grid = paper_grid(paper, 128);
+    int ours[2][MAX_TIMES];
     char title[100];
     for (int i = 0; i < count; ++i) {
         for (int s = 0; s < 2; ++s) { /* the one at 2.5 is Table 3's */
@@ -188,15 +188,15 @@ static void leveque_over_periods(struct paper *paper, struct image *image)
 static void zalesak_over_turns(struct paper *paper, struct image *image)
 {
     static struct table table;
-    static double turns[MOST_TURNS], errors[4][MOST_TURNS], volume[2][MOST_TURNS];
-    const int wanted = paper->full ? MOST_TURNS : 3, grid = paper_grid(paper, 128);
+    static double turns[MAX_TURNS], errors[4][MAX_TURNS], volume[2][MAX_TURNS];
+    const int wanted = paper->full ? MAX_TURNS : 3, grid = paper_grid(paper, 128);
     const int ours[2] = {paper_turns(paper, grid, wanted, paper_sets[0]), paper_turns(paper, grid, wanted, paper_sets[1])};
     int count = wanted;
     char title[100];
     paper_do(paper, "Fig. 14, Zalesak", PAPER_TOGETHER);
     for (int s = 0; s < 2; ++s) {
         const struct run *run = &paper->runs[ours[s]];
-        for (int i = 0; i < MOST_TURNS; ++i) {
+        for (int i = 0; i < MAX_TURNS; ++i) {
             turns[i] = i + 1.0;
             errors[2 * s][i] = errors[2 * s + 1][i] = volume[s][i] = NAN;
         }

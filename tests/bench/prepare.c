@@ -1,7 +1,7 @@
 /* prepare.c - prepare IN OUT.nii.gz [--voxel MM] [--mirror] [--labels] [--above L]: an image on coarser cubes, its mirror
  * image, a mask of it. What make imaging has of one head, where a pipeline wants two images. */
-#include "../../examples/common/cli.h"
-#include "../../examples/common/segment_image.h"
+#include "../../examples/common/base/cli.h"
+#include "../../examples/common/imaging/segment_image.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -65,7 +65,7 @@ int main(int argc, char **argv)
     const int status = cli_parse(&program, argc, argv);
     struct volume image, cubes;
     char error[VOLUME_TEXT];
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (!volume_read(in, 0, &image, error)) {

@@ -1,7 +1,7 @@
 #define _DEFAULT_SOURCE /* wait4 */
 #include "runs.h"
 
-#include "examples/common/progress.h"
+#include "examples/common/base/progress.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -15,7 +15,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 400, MOST_WORDS = 400, MOST_AT_ONCE = 16 };
+enum { PATH_SIZE = 400, MAX_WORDS = 400, MAX_AT_ONCE = 16 };
 
 static void write_words(char *text, size_t size, const char *format, va_list arguments)
 {
@@ -152,11 +152,11 @@ static bool is_kept(const struct run *run, const struct run_options *options)
 static void become(const struct run *run, const struct run_options *options)
 {
     char path[PATH_SIZE], words[RUN_COMMAND];
-    char *argv[MOST_WORDS + 1];
+    char *argv[MAX_WORDS + 1];
     int count = 0;
     memcpy(words, run->command, sizeof words);
     char *rest = words;
-    for (char *word = next_word(&rest); word && count < MOST_WORDS; word = next_word(&rest)) {
+    for (char *word = next_word(&rest); word && count < MAX_WORDS; word = next_word(&rest)) {
         argv[count++] = word;
     }
     argv[count] = NULL;
@@ -204,10 +204,10 @@ static void finish(struct run *run, const struct run_options *options, int statu
 
 int runs_do(struct run *runs, int count, const struct run_options *options)
 {
-    pid_t children[MOST_AT_ONCE];
-    int which[MOST_AT_ONCE], running = 0, next = 0, failures = 0;
+    pid_t children[MAX_AT_ONCE];
+    int which[MAX_AT_ONCE], running = 0, next = 0, failures = 0;
     const int wanted = options->at_once > 0 ? options->at_once : (int)sysconf(_SC_NPROCESSORS_ONLN);
-    const int at_once = wanted < 1 ? 1 : wanted > MOST_AT_ONCE ? MOST_AT_ONCE : wanted;
+    const int at_once = wanted < 1 ? 1 : wanted > MAX_AT_ONCE ? MAX_AT_ONCE : wanted;
     if (!make_folder(options->folder)) {
         fprintf(stderr, "cannot make the folder %s\n", options->folder);
         return count;

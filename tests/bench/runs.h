@@ -5,7 +5,7 @@
 #ifndef BENCH_RUNS_H
 #define BENCH_RUNS_H
 
-#include "examples/common/json.h"
+#include "examples/common/base/json.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,21 +1,21 @@
 /* turns GRID TURNS paper|default THREADS - Zalesak's notched sphere turned TURNS times, 628 steps a turn, measured after
  * every turn (paper, Fig. 14): arrays of errors in voxels and of volume changes. One JSON object on stdout. */
-#define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
-#include "examples/common/json.h"
-#include "examples/common/progress.h"
+#include "examples/common/base/json.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #ifdef _OPENMP
 #include <omp.h>
 #endif
 
-enum { STEPS = 628, MOST_TURNS = 100 };
+enum { STEPS = 628, MAX_TURNS = 100 };
 
 struct turns {
-    double deformation[MOST_TURNS], tracking[MOST_TURNS], volume_change[MOST_TURNS];
+    double deformation[MAX_TURNS], tracking[MAX_TURNS], volume_change[MAX_TURNS];
 };
 
 static void measure(springls_context *ctx, springls_notched_sphere *body, double start_volume, struct turns *turns, int turn)
@@ -54,7 +54,7 @@ int main(int argc, char **argv)
     springls_context *ctx;
     struct json_writer json;
     static struct turns turns;
-    if (grid < 8 || count < 1 || count > MOST_TURNS) {
+    if (grid < 8 || count < 1 || count > MAX_TURNS) {
         fprintf(stderr, "usage: turns GRID TURNS paper|default THREADS\n");
         return 2;
     }

@@ -3,7 +3,7 @@
 #ifndef TESTS_BENCH_VTK_IMAGE_H
 #define TESTS_BENCH_VTK_IMAGE_H
 
-#include "../../examples/common/volume.h"
+#include "../../examples/common/imaging/volume.h"
 
 #include <zlib.h>
 

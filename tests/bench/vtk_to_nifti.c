@@ -1,7 +1,7 @@
 /* vtk_to_nifti.c - vtk_to_nifti IN.vtk[.gz] OUT.nii[.gz]: see vtk_image.h. */
 #include "vtk_image.h"
 
-#include "../../examples/common/cli.h"
+#include "../../examples/common/base/cli.h"
 
 int main(int argc, char **argv)
 {

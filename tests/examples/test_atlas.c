@@ -20,11 +20,8 @@ int main(int argc, char **argv)
 
 #else
 
-#define SPRINGLS_IMPLEMENTATION
-#include "../../springls_cl.h"
-
-#include "../../examples/common/atlas.h"
-#include "../../examples/common/mesh_io.h"
+#include "../../examples/atlas/atlas.h"
+#include "../../examples/common/surface/mesh_io.h"
 #include "bench/vtk_image.h"
 
 #include <stdlib.h>
@@ -165,8 +162,8 @@ TEST modes_that_were_put_in_come_out(void)
     ASSERT(shape_curves_make(shapes, COUNT, BALL, 50, &curves));
     ASSERT_EQ(2, curves.modes);
     ASSERT_IN_RANGE(1.0, curves.compactness[1], 1e-9);
-    ASSERT_IN_RANGE(0.0, curves.generalisation[1], 1e-3); /* the others span the same two modes */
-    ASSERT(curves.generalisation[0] > 0.1);
+    ASSERT_IN_RANGE(0.0, curves.generalization[1], 1e-3); /* the others span the same two modes */
+    ASSERT(curves.generalization[0] > 0.1);
     ASSERT(curves.specificity[0] > 0.0 && curves.specificity[0] < 2.0);
     shape_curves_free(&curves);
     PASS();
@@ -215,7 +212,7 @@ static struct atlas_build make_build(void)
     build.settings.common.quiet = true;
     build.settings.orientation = "auto";
     build.settings.rounds = 2;
-    build.settings.modes = ATLAS_MOST_MODES;
+    build.settings.modes = ATLAS_MAX_MODES;
     build.settings.samples = 20;
     build.params = springls_default_params();
     return build;
@@ -278,7 +275,7 @@ static bool make_atlas(struct atlas *atlas)
     atlas->model.deviation[0] = 2.5, atlas->model.deviation[1] = 0.5;
     atlas->oriented = true;
     atlas->voxel = 0.25;
-    atlas->generalisation = 0.125;
+    atlas->generalization = 0.125;
     atlas->subjects = 7;
     return true;
 }
@@ -326,7 +323,7 @@ TEST atlases_survive_their_files(void)
     ASSERT_EQ(7, again.subjects);
     ASSERT(again.oriented);
     ASSERT_IN_RANGE(0.25, again.voxel, 1e-9);
-    ASSERT_IN_RANGE(0.125, again.generalisation, 1e-9);
+    ASSERT_IN_RANGE(0.125, again.generalization, 1e-9);
     ASSERT_IN_RANGE(2.5, again.model.deviation[0], 1e-9);
     ASSERT_EQ(0, memcmp(atlas.mean.positions, again.mean.positions, 3 * BALL * sizeof(float)));
     ASSERT_EQ(0, memcmp(atlas.mean.triangles, again.mean.triangles, 3 * BALL_TRIANGLES * sizeof(int)));
@@ -479,7 +476,7 @@ static enum greatest_test_res segment_an_ellipsoid(bool learned)
     const struct atlas_stage *last = &run.results[ATLAS_STAGES - 1];
     ASSERT(last->compared && last->dice > 0.95 && last->mean_distance < 0.5);
     ASSERT(last->dice > run.results[0].dice);
-    const struct atlas_mesh *surface = &run.stages[ATLAS_STAGES - 1];
+    const struct shape_mesh *surface = &run.stages[ATLAS_STAGES - 1];
     int right = 0, counted = 0;
     for (int v = 0; v < surface->vertex_count; ++v) { /* regions have arrived: by the side of the middle */
         const float x = surface->positions[3 * v] - center[0];
@@ -530,9 +527,9 @@ TEST repeated_arguments_are_collected(void)
     int count = 0;
     const struct cli_positional rest = {"ITEM...", list, NULL, true};
     const struct cli_program program = {
-        .name = "test", .positionals = &rest, .positional_count = 1, .repeated = &count, .repeated_most = 3};
+        .name = "test", .positionals = &rest, .positional_count = 1, .repeated = &count, .max_repeated = 3};
     char *three[] = {"test", "a", "b", "c"}, *four[] = {"test", "a", "b", "c", "d"}, *none[] = {"test"};
-    ASSERT_EQ(CLI_GO_ON, cli_parse(&program, 4, three));
+    ASSERT_EQ(CLI_CONTINUE, cli_parse(&program, 4, three));
     ASSERT_EQ(3, count);
     ASSERT_STR_EQ("c", list[2]);
     count = 0;

@@ -5,8 +5,8 @@
 #include "fixtures.h"
 
 #ifdef TEST_EXAMPLES_COMMON
-#include "../../examples/common/mesh_io.h"
-#include "../../examples/common/volume.h"
+#include "../../examples/common/surface/mesh_io.h"
+#include "../../examples/common/imaging/volume.h"
 #include <dirent.h>
 #include <sys/stat.h>
 

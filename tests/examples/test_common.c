@@ -21,16 +21,17 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../../examples/common/bvh.h"
-#include "../../examples/common/cli.h"
-#include "../../examples/common/json.h"
-#include "../../examples/common/mesh_io.h"
-#include "../../examples/common/metrics.h"
-#include "../../examples/common/plot.h"
-#include "../../examples/common/progress.h"
-#include "../../examples/common/raycast.h"
-#include "../../examples/common/slices.h"
-#include "../../examples/common/volume.h"
+#include "../../examples/common/base/bvh.h"
+#include "../../examples/common/base/cli.h"
+#include "../../examples/common/base/json.h"
+#include "../../examples/common/surface/mesh_io.h"
+#include "../../examples/common/surface/surface_distances.h"
+#include "../../examples/common/imaging/overlap.h"
+#include "../../examples/common/pictures/plot.h"
+#include "../../examples/common/base/progress.h"
+#include "../../examples/common/pictures/raycast.h"
+#include "../../examples/common/imaging/slices.h"
+#include "../../examples/common/imaging/volume.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -113,7 +114,7 @@ TEST cli_reads_every_type(void)
     struct parsed p;
     const char *const argv[] = {"probe", "--period=2.5", "--center", "-1,0.5,2e1", "scan.nii", "--grid", "64", "--quiet",
                                 "--json", "-", "--mode", "fast", "--weight", "-.5", "--backend", "opencl", NULL};
-    ASSERT_EQ(CLI_GO_ON, parse(&p, 16, argv));
+    ASSERT_EQ(CLI_CONTINUE, parse(&p, 16, argv));
     ASSERT_STR_EQ("opencl", p.common.backend);
     ASSERT_IN_RANGE(2.5, p.period, 0.0);
     ASSERT_IN_RANGE(-1.0f, p.center[0], 0.0f);
@@ -424,17 +425,17 @@ TEST concentric_spheres_are_their_gap_apart(void)
     a.indices = ia;
     b.positions = pb;
     b.indices = ib;
-    ASSERT(metrics_surface_distances(&a, &b, 5000, 1.9, &d));
+    ASSERT(surface_distances_measure(&a, &b, 5000, 1.9, &d));
     ASSERT_IN_RANGE(2.0, d.assd, 0.02);
     ASSERT_IN_RANGE(2.0, d.hd95, 0.03);
     ASSERT_IN_RANGE(2.0, d.max, 0.03);
     ASSERT_IN_RANGE(0.0, d.surface_dice, 0.0);
     ASSERT_IN_RANGE(4.0 * 3.14159 * 100.0, d.area_a, 5.0);
-    ASSERT(metrics_surface_distances(&a, &a, 1000, 0.001, &d));
+    ASSERT(surface_distances_measure(&a, &a, 1000, 0.001, &d));
     ASSERT_IN_RANGE(0.0, d.max, 1e-5);
     ASSERT_IN_RANGE(1.0, d.surface_dice, 1e-9);
     a.triangle_count = 0;
-    ASSERT_FALSE(metrics_surface_distances(&a, &b, 100, 1.0, &d));
+    ASSERT_FALSE(surface_distances_measure(&a, &b, 100, 1.0, &d));
     free(pa);
     free(ia);
     free(pb);
@@ -445,8 +446,8 @@ TEST concentric_spheres_are_their_gap_apart(void)
 TEST overlap_by_hand(void)
 {
     const float a[6] = {0, 1, 1, 2, 2, 0}, b[6] = {0, 1, 2, 2, 0, 0};
-    const struct overlap two = metrics_overlap(a, b, 6, 2.0f), any = metrics_overlap(a, b, 6, -1.0f);
-    const struct overlap none = metrics_overlap(a, b, 6, 9.0f);
+    const struct overlap two = overlap_labels(a, b, 6, 2.0f), any = overlap_labels(a, b, 6, -1.0f);
+    const struct overlap none = overlap_labels(a, b, 6, 9.0f);
     ASSERT_IN_RANGE(0.5, two.dice, 1e-12);
     ASSERT_IN_RANGE(1.0 / 3.0, two.jaccard, 1e-12);
     ASSERT_IN_RANGE(6.0 / 7.0, any.dice, 1e-12);

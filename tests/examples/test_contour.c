@@ -19,22 +19,18 @@ int main(int argc, char **argv)
 
 #else
 
-#define SPRINGLS_STATIC
-/* These stand on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main segment_main
-#include "../../examples/segment.c"
+#include "../../examples/segment/segment.c"
 #undef main
-#include "../../examples/common/model_pictures.c"
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/segment_forces.c"
-#include "../../examples/common/segment_input.c"
-#include "../../examples/common/segment_level_set.c"
-#include "../../examples/common/segment_model.c"
-#include "../../examples/common/segment_output.c"
-#include "../../examples/common/segment_run.c"
+#include "../../examples/segment/forces.c"
+#include "../../examples/segment/input.c"
+#include "../../examples/segment/level_set.c"
+#include "../../examples/segment/output.c"
+#include "../../examples/segment/run.c"
 
-#include "../../examples/common/level_set.h"
-#include "../../examples/common/mirror.h"
+#include "../../examples/common/imaging/level_set.h"
+#include "../../examples/common/imaging/mirror.h"
 
 #include <unistd.h>
 
@@ -155,7 +151,7 @@ TEST forces_add_up_as_written(void)
     for (int k = 0; k < 18; ++k)
         for (int j = 0; j < 18; ++j)
             for (int i = 0; i < 18; ++i) away[voxel_at(&padded, i, j, k)] = 2.0f * ((float)i - 9.0f); /* mm */
-    struct segment_push push = {.pressure = zero, .seen = image.data, .region_weight = 0.5f, .inside = 100.0f, .outside = 40.0f,
+    struct segment_push push = {.pressure = zero, .image = image.data, .region_weight = 0.5f, .inside = 100.0f, .outside = 40.0f,
                                 .ramp = 10.0f, .size = 2.0f};
     segment_combine(&image, &push, &padded);
     for (int i = 2; i < 14; ++i) { /* half of (2u - c1 - c2) / (c1 - c2), cut at 1 */

@@ -20,18 +20,17 @@ int main(int argc, char **argv)
 
 #else
 
-/* The program and what of examples/common stands on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main morph_main
-#include "../../examples/morph.c"
+#include "../../examples/morph/morph.c"
 #undef main
-#include "../../examples/common/morph_run.c"
-#include "../../examples/common/morph_gltf.c"
-#include "../../examples/common/morph_output.c"
-#include "../../examples/common/morph_rig.c"
-#include "../../examples/common/morph_solid.c"
-#include "../../examples/common/run_options.c"
+#include "../../examples/morph/run.c"
+#include "../../examples/morph/gltf.c"
+#include "../../examples/morph/output.c"
+#include "../../examples/morph/rig.c"
+#include "../../examples/morph/solid.c"
 
-#include "../../examples/common/apng.h"
+#include "../../examples/morph/apng.c"
 
 #include <assimp/cimport.h>
 #include <assimp/scene.h>
@@ -324,7 +323,7 @@ TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
     ASSERT_EQ(2, check.euler);
     ASSERT(heat_weights(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, bones, 2, weights, &report));
     ASSERT(report.sum_error < 1e-5);
-    ASSERT_EQ(TUBE_VERTICES, report.seen);
+    ASSERT_EQ(TUBE_VERTICES, report.visible);
     for (int r = 0; r < RINGS; ++r) {
         const float *mine = weights + 2 * (r * AROUND + 3), *other = weights + 2 * ((RINGS - 1 - r) * AROUND + 3);
         ASSERT_NEAR(1.0, mine[0] + mine[1], 1e-6);

@@ -19,12 +19,12 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../../examples/common/beat.h"
-#include "../../examples/common/field.h"
-#include "../../examples/common/points.h"
-#include "../../examples/common/register.h"
-#include "../../examples/common/vec3.h"
-#include "../../examples/common/vgrid.h"
+#include "../../examples/common/registration/beat.h"
+#include "../../examples/common/registration/field.h"
+#include "../../examples/common/registration/points.h"
+#include "../../examples/common/registration/register.h"
+#include "../../examples/common/base/vec3.h"
+#include "../../examples/common/registration/vgrid.h"
 
 #include <math.h>
 #include <nifti2_io.h>
@@ -532,7 +532,7 @@ TEST demons_find_a_known_motion(void)
     }
     /* An eighth of the way, eight times. */
     struct registration part;
-    ASSERT(registration_part(&reg, 8, &part));
+    ASSERT(registration_substep(&reg, 8, &part));
     for (size_t n = 0; n < volume_voxels(&scene.fixed); n += 11) {
         float index[3], x[3], y[3];
         place_of(scene.fixed.dims, n, index);

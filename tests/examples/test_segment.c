@@ -21,10 +21,10 @@ int main(int argc, char **argv)
 
 #include "springls_under_test.h"
 
-#include "../../examples/common/segment_image.h"
+#include "../../examples/common/imaging/segment_image.h"
 /* These stand on the library, which is private to this file. */
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/segment_model.c"
+#include "../../examples/common/springls/run_options.c"
+#include "../../examples/common/springls/segment_model.c"
 
 /* An image 12 x 10 x 8 with voxels of 1 x 2 x 3 mm, turned about z and mirrored in z. */
 static bool make_image(struct volume *image)
@@ -434,7 +434,7 @@ TEST every_parameter_can_be_set(void)
     for (size_t m = 0; m < MEMBERS; ++m) {
         char text[64];
         snprintf(text, sizeof text, "%s=7", members[m].name);
-        ASSERT_EQm(text, CLI_GO_ON, set_params("test", text, &params));
+        ASSERT_EQm(text, CLI_CONTINUE, set_params("test", text, &params));
         /* A number taken for the other kind shows: small integers are denormal floats, and floats are huge integers. */
         float real;
         int whole;

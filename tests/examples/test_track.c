@@ -20,31 +20,20 @@ int main(int argc, char **argv)
 
 #else
 
-/* The program and what of examples/common stands on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main track4d_main
-#include "../../examples/track4d.c"
+#include "../../examples/track4d/track4d.c"
 #undef main
-#include "../../examples/common/track_input.c"
-#include "../../examples/common/track_motion.c"
-#include "../../examples/common/track_output.c"
-#include "../../examples/common/track_run.c"
+#include "../../examples/track4d/input.c"
+#include "../../examples/track4d/motion.c"
+#include "../../examples/track4d/output.c"
+#include "../../examples/track4d/run.c"
 #define compare compare_step
-#include "../../examples/common/track_steps.c"
+#include "../../examples/track4d/steps.c"
 #undef compare
-#include "../../examples/common/atlas_pictures.c"
-#include "../../examples/common/model_pictures.c"
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/segment_model.c"
 
 #include <sys/stat.h>
 #include <unistd.h>
-
-/* Of the atlas's files only the pictures are needed here. */
-bool atlas_fail(const char *format, ...)
-{
-    (void)format;
-    return false;
-}
 
 static char folder[256]; /* scratch, made by main */
 static struct volume image;  /* a ball with a texture, and its label: image.nii, label.nii */
@@ -336,7 +325,7 @@ TEST beating_heart_is_tracked(void)
     track.registration = register_defaults();
     track.registration.align = REGISTER_ALIGN_NONE;
     track.registration.one_scale = true;
-    ASSERT_EQ(CLI_GO_ON, run_options("track4d", &track.settings.common, TRACKING_PARAMETERS, &track.params));
+    ASSERT_EQ(CLI_CONTINUE, run_options("track4d", &track.settings.common, TRACKING_PARAMETERS, &track.params));
     ASSERT(track_read(&track));
     ASSERT_EQ(150u, track.landmark_count);
     ASSERT(track_motion_make(&track, 5, 1, NULL, &motion));

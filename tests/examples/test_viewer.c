@@ -18,24 +18,23 @@ int main(int argc, char **argv)
 
 #else
 
-/* The program and what of examples/common stands on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main viewer_main
-#include "../../examples/viewer.c"
+#include "../../examples/viewer/viewer.c"
 #undef main
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/viewer_app.c"
-#include "../../examples/common/viewer_bench.c"
-#include "../../examples/common/viewer_camera.c"
-#include "../../examples/common/viewer_file.c"
-#include "../../examples/common/viewer_gl.c"
-#include "../../examples/common/viewer_history.c"
-#include "../../examples/common/viewer_model.c"
-#include "../../examples/common/viewer_scene.c"
-#include "../../examples/common/viewer_script.c"
-#include "../../examples/common/viewer_solid.c"
-#include "../../examples/common/viewer_text.c"
-#include "../../examples/common/viewer_tools.c"
-#include "../../examples/common/viewer_window.c"
+#include "../../examples/viewer/app.c"
+#include "../../examples/viewer/bench.c"
+#include "../../examples/viewer/camera.c"
+#include "../../examples/viewer/file.c"
+#include "../../examples/viewer/gl.c"
+#include "../../examples/viewer/history.c"
+#include "../../examples/viewer/model.c"
+#include "../../examples/viewer/scene.c"
+#include "../../examples/viewer/script.c"
+#include "../../examples/viewer/solid.c"
+#include "../../examples/viewer/text.c"
+#include "../../examples/viewer/tools.c"
+#include "../../examples/viewer/window.c"
 
 #include <signal.h>
 #include <sys/wait.h>
@@ -198,7 +197,7 @@ TEST smooth_levels_a_bump(void)
 
     model = ball();
     for (int i = 0; i < 20; ++i) ASSERT(viewer_smooth(&model, NULL, 1.0f));
-    const float voxels = 1.0f / model.voxel, expected = sqrtf(voxels * voxels - 4.0f * 20.0f * MOST_SMOOTHING) * model.voxel;
+    const float voxels = 1.0f / model.voxel, expected = sqrtf(voxels * voxels - 4.0f * 20.0f * MAX_SMOOTHING) * model.voxel;
     ASSERT_IN_RANGE(expected, radius_along(&model, 0.0f, 0.0f, 1.0f), 0.1f * model.voxel);
     viewer_model_free(&model);
     PASS();
@@ -269,7 +268,7 @@ TEST a_saved_mesh_is_read_again(void)
         struct viewer_model again = {0};
         ASSERT(viewer_model_file(&again, &model.desc, scratch(names[f])));
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
-        while (!viewer_model_at_rest(&again)) ASSERT(viewer_model_settle(&again));
+        while (!viewer_model_at_rest(&again)) ASSERT(viewer_model_rest_step(&again));
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
         viewer_model_free(&again);
     }
@@ -426,7 +425,7 @@ TEST a_script_that_is_wrong_is_refused(void)
 }
 
 /* A mesh of two colours keeps them, each on its side, and they are written. */
-TEST colours_of_a_mesh_are_carried(void)
+TEST colors_of_a_mesh_are_carried(void)
 {
     char error[MESH_TEXT];
     struct viewer_model model = ball();
@@ -598,10 +597,10 @@ TEST pictures_show_what_there_is(void)
     ASSERT(changed(dent, texture) > 2000);
     ASSERT(changed(dent, wires) > 2000);
     ASSERT(changed(dent, help) > 2000); /* the manual's panel */
-    int coloured = 0;
+    int colored = 0;
     for (int y = 0; y < HIGH; ++y)
-        for (int x = 0; x < WIDE; ++x) coloured += abs(texture[y][x][0] - texture[y][x][1]) + abs(texture[y][x][1] - texture[y][x][2]) > 90;
-    ASSERT(coloured > 2000);
+        for (int x = 0; x < WIDE; ++x) colored += abs(texture[y][x][0] - texture[y][x][1]) + abs(texture[y][x][1] - texture[y][x][2]) > 90;
+    ASSERT(colored > 2000);
     PASS();
 }
 
@@ -642,7 +641,7 @@ int main(int argc, char **argv)
     RUN_TEST(smooth_levels_a_bump);
     RUN_TEST(cut_makes_two_and_merge_one);
     RUN_TEST(a_saved_mesh_is_read_again);
-    RUN_TEST(colours_of_a_mesh_are_carried);
+    RUN_TEST(colors_of_a_mesh_are_carried);
     RUN_TEST(the_pointer_pushes_and_drags);
     RUN_TEST(the_pointer_turns_the_camera);
     RUN_TEST(the_pointer_cuts_and_merges);

@@ -19,7 +19,7 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../../examples/common/volume.h"
+#include "../../examples/common/imaging/volume.h"
 
 #include <math.h>
 #include <stdint.h>

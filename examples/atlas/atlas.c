@@ -1,0 +1,148 @@
+/* atlas.c - point distribution models made and used by springls (paper, sections 5.6 and 5.7; docs/atlas.md).
+ *
+ *   atlas build a.nii.gz b.nii.gz c.nii.gz --out hippocampus          # label maps: "a.nii.gz:1+2" for some labels only
+ *   atlas build a.stl b.stl c.stl --landmarks marks --out tori
+ *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result */
+#include "atlas/atlas.h"
+#include "springls/run_options.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* "a,b" with a < b. */
+static bool read_window(const char *text, double window[2])
+{
+    char low[64];
+    const size_t length = strcspn(text, ",");
+    if (text[length] != ',' || length >= sizeof low) {
+        return false;
+    }
+    memcpy(low, text, length);
+    low[length] = '\0';
+    return cli_read_double(low, &window[0]) && cli_read_double(text + length + 1, &window[1]) && window[0] < window[1];
+}
+
+static int build_main(int argc, char **argv)
+{
+    static struct atlas_build build = {
+        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MAX_MODES, .samples = 100}};
+    struct atlas_build_settings *set = &build.settings;
+    const char *overrides = NULL;
+    set->common = cli_common_defaults();
+    const struct cli_option options[] = {
+        {"landmarks", CLI_STRING, &set->landmarks, "DIR", "DIR/NAME.csv, lines x,y,z: corresponding places on subject NAME.*",
+         0, 0, NULL},
+        {"vertex-landmarks", CLI_INT, &set->vertex_landmarks, "K",
+         "instead: K vertices of meshes of the same triangles; 0: none, else 3 or more", 0, ATLAS_MAX_LANDMARKS, NULL},
+        {"images", CLI_STRING, &set->images, "PATH",
+         "images with the label maps' names, or the one image: the atlas learns intensities", 0, 0, NULL},
+        {"orientation", CLI_CHOICE, &set->orientation, NULL,
+         "of the subjects; auto: by landmarks, else known for label maps, else searched", 0, 0, "auto|known|search"},
+        {"rounds", CLI_INT, &set->rounds, "K", "the first starts from the first subject, others from the mean shape", 1, 10,
+         NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MAX_MODES, NULL},
+        {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
+        {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
+        {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
+        {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+    };
+    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh; "
+                                        "mirror:... for its mirror image",
+                                        true};
+    const struct cli_program program = {.name = "atlas build",
+                                        .summary = "makes a point distribution model: springls find the correspondences",
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = &rest,
+                                        .positional_count = 1,
+                                        .repeated = &set->count,
+                                        .max_repeated = ATLAS_MAX_SUBJECTS};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE && set->vertex_landmarks > 0 && (set->landmarks || set->vertex_landmarks < 3)) {
+        status = cli_fail("atlas build", CLI_EXIT_USAGE, "--vertex-landmarks wants 3 or more, and no --landmarks");
+    }
+    if (status == CLI_CONTINUE) {
+        status = run_options("atlas build", &set->common, overrides, &build.params);
+    }
+    if (status == CLI_CONTINUE) {
+        status = atlas_build_run(&build) && atlas_build_output(&build) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    atlas_build_free(&build);
+    return status;
+}
+
+static int segment_main(int argc, char **argv)
+{
+    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
+                                                    .steps = 100}};
+    struct atlas_segment_settings *set = &run.settings;
+    const char *overrides = NULL, *window = NULL;
+    int labels[ATLAS_MAX_LABELS];
+    set->common = cli_common_defaults();
+    const struct cli_option options[] = {
+        {"atlas", CLI_STRING, &set->atlas, "FILE", "atlas.json of atlas build", 0, 0, NULL},
+        {"level", CLI_DOUBLE, &set->level, "L",
+         "the object is brighter than L; without: what the atlas has learned, else Otsu's threshold", 0, 0, NULL},
+        {"dark", CLI_FLAG, &set->dark, NULL, "the object is darker than the level", 0, 0, NULL},
+        {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
+        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9,
+         NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MAX_MODES, NULL},
+        {"leash", CLI_DOUBLE, &set->leash, "MM",
+         "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0,
+         1e6, NULL},
+        {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
+        {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
+        {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},
+        {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
+        {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
+        {"label", CLI_STRING, &set->label_text, "K[+K2..]", "its labels; without: all but 0", 0, 0, NULL},
+        {"beside", CLI_STRING, &set->beside, "FILE", "report.json of build/segment on the same image: without an atlas", 0, 0,
+         NULL},
+        {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+    };
+    const struct cli_positional image = {"IMAGE", &set->image, "image (NIfTI, NRRD, MetaImage)", true};
+    const struct cli_program program = {.name = "atlas segment",
+                                        .summary = "finds an atlas's object in an image: pose, modes, springls",
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = &image,
+                                        .positional_count = 1};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE && !set->atlas) {
+        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--atlas FILE is missing");
+    } else if (status == CLI_CONTINUE && window && (!read_window(window, set->window) || !isnan(set->level) || set->dark)) {
+        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--window wants LO,HI with LO < HI, and no --level or --dark");
+    } else if (status == CLI_CONTINUE && set->label_text && (!set->reference || atlas_read_labels(set->label_text, labels) < 0)) {
+        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--label wants whole numbers K+K2+..., and --reference");
+    }
+    set->windowed = window != NULL;
+    if (status == CLI_CONTINUE) {
+        status = run_options("atlas segment", &set->common, overrides, &run.params);
+    }
+    if (status == CLI_CONTINUE) {
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED; /* one object, as the atlas has it */
+        status = atlas_segment_run(&run) && atlas_segment_output(&run) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    atlas_segment_free(&run);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1 && strcmp(argv[1], "segment") == 0) {
+        return segment_main(argc - 1, argv + 1);
+    }
+    if (argc > 1 && strcmp(argv[1], "build") == 0) {
+        return build_main(argc - 1, argv + 1);
+    }
+    if (argc > 1 && strcmp(argv[1], "--help") == 0) {
+        puts("usage: atlas build|segment [options] ...\n"
+             "point distribution models made and used by springls: see atlas build --help, atlas segment --help");
+        return CLI_EXIT_OK;
+    }
+    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build or segment (see --help)");
+}

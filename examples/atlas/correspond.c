@@ -1,0 +1,378 @@
+/* correspond.c - a template's springls are laid on a subject: springl i of the template is springl i there.
+ *
+ * 1. pose: rotation, translation and scale (surface_register).
+ * 2. Springls move like a mesh (SPRINGLS_MODE_ADVECT_ONLY). What pushes them is the subject's signed distance at the place where
+ *    each is now; smoothness makes one displacement of it (warp_fit), which comes to springls as an affine map A(p, a): a, the
+ *    correspondence, says where on the template a springl was, hence which displacement is its own (eq. 1, section 4.2).
+ * 3. Algorithm 2 with one_to_one, pressure = minus the signed distance: springls and level set settle on the surface. The
+ *    surface being where the warp could bring it, this is a matter of less than a voxel. Open surfaces have no level set and
+ *    end with 2. */
+#include "atlas/atlas.h"
+
+#include "base/vec3.h"
+#include "springls/segment_model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CELLS = 32, MAX_CELLS = 64, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
+
+/* ---- template ---- */
+
+static void bounds(const struct shape_mesh *mesh, float lo[3], float hi[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        lo[k] = INFINITY;
+        hi[k] = -INFINITY;
+    }
+    for (int v = 0; v < mesh->vertex_count; ++v) {
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = fminf(lo[k], mesh->positions[3 * v + k]);
+            hi[k] = fmaxf(hi[k], mesh->positions[3 * v + k]);
+        }
+    }
+}
+
+/* A grid of `cells` voxels along the longest side of the mesh, and half of that more on every side: subjects differ. */
+static bool create_model(const struct shape_mesh *mesh, int cells, const springls_params *params, springls_backend *backend,
+                         double *voxel, springls_context **ctx) {
+    float lo[3], hi[3];
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    bounds(mesh, lo, hi);
+    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2])), margin = 0.5 * longest;
+    *voxel = longest / cells;
+    for (int k = 0; k < 3; ++k) {
+        desc.grid.size[k] = (int)ceil(((double)(hi[k] - lo[k]) + 2.0 * margin) / *voxel);
+        desc.grid.spacing[k] = *voxel;
+        desc.grid.origin[k] = (double)lo[k] - margin;
+    }
+    desc.params = params;
+    desc.backend = backend;
+    const springls_status status = springls_create(&desc, ctx);
+    return status == SPRINGLS_OK || atlas_fail("model: %s", springls_status_string(status));
+}
+
+static bool choose_centers(struct atlas_template *template)
+{
+    const struct shape_mesh *mesh = &template->mesh;
+    const size_t count = (size_t)mesh->triangle_count;
+    float *middles = malloc(3 * count * sizeof *middles);
+    template->centers = malloc(CENTERS * sizeof *template->centers);
+    template->center_points = malloc(3 * CENTERS * sizeof *template->center_points);
+    template->center_normals = malloc(3 * CENTERS * sizeof *template->center_normals);
+    if (!middles || !template->centers || !template->center_points || !template->center_normals) {
+        free(middles);
+        return atlas_no_memory();
+    }
+    for (size_t t = 0; t < count; ++t) {
+        for (size_t k = 0; k < 3; ++k) {
+            const int *c = mesh->triangles + 3 * t;
+            middles[3 * t + k] = (mesh->positions[3 * (size_t)c[0] + k] + mesh->positions[3 * (size_t)c[1] + k]
+                                  + mesh->positions[3 * (size_t)c[2] + k]) / 3.0f;
+        }
+    }
+    template->center_count = points_spread(middles, mesh->triangle_count, CENTERS, template->centers);
+    for (int i = 0; i < template->center_count; ++i) {
+        const int *c = mesh->triangles + 3 * template->centers[i];
+        float corners[9];
+        for (int k = 0; k < 3; ++k) {
+            memcpy(corners + 3 * k, mesh->positions + 3 * c[k], 3 * sizeof *corners);
+        }
+        vec3_triangle_normal(corners, template->center_normals + 3 * i);
+        memcpy(template->center_points + 3 * i, middles + 3 * template->centers[i], 3 * sizeof *middles);
+    }
+    free(middles);
+    return true;
+}
+
+/* The zero level of a model of the mesh; lost: the share of the mesh's vertices that are a voxel or more from it. */
+static bool cut_surface(const struct shape_mesh *from, struct atlas_template *template, float *lost)
+{
+    const struct similarity identity = similarity_identity();
+    springls_mesh surface;
+    struct target target;
+    memset(&surface, 0, sizeof surface);
+    bool good =
+        atlas_check(template->ctx,
+                    springls_set_mesh(template->ctx, from->positions, from->vertex_count, 0, from->triangles,
+                                      from->triangle_count, NULL),
+                    "template") &&
+        atlas_check(template->ctx, springls_extract_mesh(template->ctx, &surface), "template") &&
+        atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh);
+    springls_mesh_free(template->ctx, &surface);
+    const struct shape_mesh *mesh = &template->mesh;
+    *lost = 1.0f;
+    if (good &&
+        target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
+        *lost = 0.0f;
+        for (int v = 0; v < from->vertex_count; ++v) {
+            struct target_hit hit;
+            target_nearest(&target, &identity, from->positions + 3 * v, &hit);
+            *lost += fabsf(hit.signed_distance) > (float)template->voxel ? 1.0f / (float)from->vertex_count : 0.0f;
+        }
+        target_free(&target);
+    }
+    return good;
+}
+
+bool atlas_template_create(const struct shape_mesh *from, bool open, bool cut, int cells, const springls_params *params,
+                           springls_backend *backend, struct atlas_template *template)
+{
+    double center[3];
+    float lost = 1.0f;
+    bool good = true;
+    memset(template, 0, sizeof *template);
+    template->open = open;
+    const bool given = cells > 0;
+    for (cells = given ? cells : CELLS; good && lost > 0.002f;
+         cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
+        springls_destroy(template->ctx);
+        atlas_mesh_free(&template->mesh);
+        template->ctx = NULL;
+        good = create_model(from, cells, params, backend, &template->voxel, &template->ctx);
+        if (good && cut && !open) {
+            good = cut_surface(from, template, &lost);
+        } else {
+            lost = 0.0f;
+        }
+        template->cells = cells;
+        if (given || cells >= MAX_CELLS) {
+            lost = 0.0f;
+        }
+    }
+    if (good && (!cut || open)) {
+        good = atlas_mesh_copy(from->positions, from->vertex_count, from->triangles, from->triangle_count, &template->mesh);
+    }
+    template->normals = good ? malloc(3 * (size_t)template->mesh.vertex_count * sizeof *template->normals) : NULL;
+    if (!template->normals) {
+        return good && atlas_no_memory();
+    }
+    const struct shape_mesh *mesh = &template->mesh;
+    mesh_normals(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, template->normals);
+    shape_size(mesh->positions, (size_t)mesh->vertex_count, center, &template->size);
+    return choose_centers(template);
+}
+
+void atlas_template_free(struct atlas_template *template)
+{
+    atlas_mesh_free(&template->mesh);
+    springls_destroy(template->ctx);
+    free(template->normals);
+    free(template->centers);
+    free(template->center_points);
+    free(template->center_normals);
+    free(template->landmarks);
+    memset(template, 0, sizeof *template);
+}
+
+/* ---- forces ---- */
+
+struct motion {
+    const springls_context *ctx;
+    const struct target *target;
+    const struct similarity *pose;
+    const float *landmarks;
+    struct warp before, after;
+    float voxel;
+};
+
+static void multiply(const float a[9], const float b[9], float out[9])
+{
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+            out[3 * r + c] = a[3 * r] * b[c] + a[3 * r + 1] * b[3 + c] + a[3 * r + 2] * b[6 + c];
+        }
+    }
+}
+
+/* False: singular. */
+static bool invert(const float m[9], float out[9])
+{
+    float *r = out;
+    vec3_cross(m + 3, m + 6, r);
+    const float det = vec3_dot(m, r);
+    float cofactor[9];
+    memcpy(cofactor, r, 3 * sizeof *r);
+    vec3_cross(m + 6, m, cofactor + 3);
+    vec3_cross(m, m + 3, cofactor + 6);
+    for (int i = 0; i < 9; ++i) {
+        out[i] = cofactor[3 * (i % 3) + i / 3] / det;
+    }
+    return fabsf(det) > 1e-6f;
+}
+
+/* A springl that came from a goes from before(a) to after(a), and its triangle as the derivatives say: x moves by
+ * (M - 1) x + after(a) - M p with M = after' before'^-1. */
+static void displace(void *user, const float *points, const float *correspondences, int count, float time, float *out)
+{
+    const struct motion *f = user;
+    (void)time;
+    for (int i = 0; i < count; ++i, points += 3, correspondences += 3, out += 12) {
+        float origin[3], from[3], to[3], voxel[3], old[9], inverse[9], new[9], m[9];
+        springls_to_world(f->ctx, correspondences, 1, origin);
+        warp_apply(&f->before, origin, from, old);
+        warp_apply(&f->after, origin, to, new);
+        springls_to_voxel(f->ctx, to, 1, voxel);
+        if (invert(old, inverse)) {
+            multiply(new, inverse, m);
+        } else {
+            memcpy(m, (const float[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, sizeof m);
+        }
+        for (int r = 0; r < 3; ++r) {
+            for (int c = 0; c < 3; ++c) {
+                out[4 * r + c] = m[3 * r + c] - (r == c ? 1.0f : 0.0f);
+            }
+            out[4 * r + 3] = voxel[r] - vec3_dot(m + 3 * r, points);
+        }
+    }
+}
+
+/* Towards the subject's surface, at most a voxel a unit of time. */
+static void press(void *user, const float *points, const float *normals, int count, float time, float *out)
+{
+    const struct motion *f = user;
+    (void)normals;
+    (void)time;
+    for (int i = 0; i < count; ++i) {
+        struct target_hit hit;
+        float place[3];
+        springls_to_world(f->ctx, points + 3 * i, 1, place);
+        target_nearest(f->target, f->pose, place, &hit);
+        out[i] = fmaxf(-1.0f, fminf(1.0f, -hit.signed_distance / f->voxel));
+    }
+}
+
+/* ---- the way ---- */
+
+static const float *item(springls_view view, int index)
+{
+    return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
+}
+
+/* Where the warps' centres are now, and the normals of their springls. */
+static void look_at_centers(const struct atlas_template *template, float *now, float *normals)
+{
+    const springls_view particles = springls_view_particles(template->ctx), vertices = springls_view_vertices(template->ctx);
+    for (int i = 0; i < template->center_count; ++i) {
+        springls_to_world(template->ctx, item(particles, template->centers[i]), 1, now + 3 * i);
+        vec3_triangle_normal(item(vertices, template->centers[i]), normals + 3 * i);
+    }
+}
+
+static bool move_like_a_mesh(struct atlas_template *template, struct motion *motion)
+{
+    const springls_forces push = {.affine = displace, .user = motion, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_ADVECT_ONLY, .dt = 1.0f, .one_to_one = true};
+    const size_t count = 3 * (size_t)template->center_count;
+    float *now = malloc(2 * count * sizeof *now);
+    bool good = now || atlas_no_memory();
+    for (int s = 0; good && s < WARP_STEPS; ++s) {
+        look_at_centers(template, now, now + count);
+        good = ((warp_copy(&motion->after, &motion->before)
+                 && warp_fit(&motion->after, motion->target, motion->pose, now, now + count, motion->landmarks))
+                || atlas_fail("the displacement's equations cannot be solved"))
+            && atlas_check(template->ctx, springls_step(template->ctx, &step), "displacement");
+    }
+    free(now);
+    return good;
+}
+
+static bool run_to_rest(struct atlas_template *template, struct motion *motion, int *steps)
+{
+    const springls_forces push = {.pressure = press, .user = motion, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_FLUID, .dt = 0.5f, .max_displacement = 0.5f,
+                                     .one_to_one = true};
+    bool good = atlas_check(template->ctx, springls_unsigned_to_signed(template->ctx), "level set"), moving = true;
+    for (int s = 0; good && moving && s < SETTLE_STEPS; ++s) {
+        good = atlas_check(template->ctx, springls_step(template->ctx, &step), "pressure");
+        moving = springls_get_stats(template->ctx).moving_share > 0.01f;
+        ++*steps;
+    }
+    return good;
+}
+
+/* The mesh's vertices: each the mean of the corners that springls have there. */
+static bool weld(const struct atlas_template *template, float *positions)
+{
+    const struct shape_mesh *mesh = &template->mesh;
+    const springls_view vertices = springls_view_vertices(template->ctx);
+    int *corners = calloc((size_t)mesh->vertex_count + 1, sizeof *corners);
+    if (!corners) {
+        return atlas_no_memory();
+    }
+    memset(positions, 0, 3 * (size_t)mesh->vertex_count * sizeof *positions);
+    for (int c = 0; c < 3 * mesh->triangle_count; ++c) {
+        const int v = mesh->triangles[c];
+        float place[3];
+        springls_to_world(template->ctx, item(vertices, c / 3) + 3 * (c % 3), 1, place);
+        vec3_add_scaled(positions + 3 * v, 1.0f, place, positions + 3 * v);
+        corners[v]++;
+    }
+    for (int v = 0; v < mesh->vertex_count; ++v) {
+        for (int k = 0; k < 3; ++k) {
+            positions[3 * v + k] /= (float)(corners[v] > 0 ? corners[v] : 1);
+        }
+    }
+    free(corners);
+    return true;
+}
+
+/* Does triangle t of the mesh hang at springl t? The library says that every triangle becomes one. */
+static bool set_template(struct atlas_template *template)
+{
+    const struct shape_mesh *mesh = &template->mesh;
+    springls_mesh_report report;
+    if (!atlas_check(template->ctx, springls_set_mesh(template->ctx, mesh->positions, mesh->vertex_count, 0, mesh->triangles,
+                                                      mesh->triangle_count, &report), "template")) {
+        return false;
+    }
+    return (report.triangles_dropped == 0 && !report.flipped && springls_count(template->ctx) >= mesh->triangle_count)
+        || atlas_fail("template: %s", report.flipped ? "it is inside out" : "triangles without an area");
+}
+
+static void measure(const struct atlas_template *template, struct atlas_subject *subject)
+{
+    double sum = 0.0, worst = 0.0;
+    int counted = 0;
+    for (int v = 0; v < template->mesh.vertex_count; ++v) {
+        struct target_hit hit;
+        target_nearest(&subject->target, &subject->pose, subject->shape + 3 * v, &hit);
+        const double distance = fabs((double)hit.signed_distance) * subject->pose.scale;
+        counted += !hit.on_rim;
+        sum += hit.on_rim ? 0.0 : distance;
+        worst = fmax(worst, hit.on_rim ? 0.0 : distance);
+    }
+    subject->mean_distance = counted > 0 ? sum / counted : (double)NAN;
+    subject->largest_distance = worst;
+}
+
+bool atlas_correspond(struct atlas_template *template, struct atlas_subject *subject, enum orientation orientation)
+{
+    const struct fit_source source = {template->center_points, template->center_normals, template->landmarks, template->center_count,
+                              template->landmark_count, template->size};
+    struct motion motion = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
+                      .landmarks = subject->landmarks, .voxel = (float)template->voxel};
+    const size_t vertices = (size_t)template->mesh.vertex_count;
+    free(subject->shape);
+    subject->shape = malloc(3 * vertices * sizeof *subject->shape);
+    subject->steps = WARP_STEPS;
+    if (!subject->shape) {
+        return atlas_no_memory();
+    }
+    if (!surface_register(&subject->target, &source, orientation, subject->landmarks, &subject->pose, &subject->cost)) {
+        return atlas_fail("%s: cannot be laid on the template", subject->name);
+    }
+    bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.before)
+             && warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.after);
+    good = (good || atlas_no_memory()) && set_template(template) && move_like_a_mesh(template, &motion)
+        && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape);
+    if (good) {
+        measure(template, subject);
+        similarity_apply_all(&subject->pose, subject->shape, vertices, subject->shape);
+    }
+    warp_free(&motion.before);
+    warp_free(&motion.after);
+    return good;
+}

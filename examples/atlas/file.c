@@ -1,0 +1,313 @@
+/* file.c - an atlas on disk: atlas.json says what it holds, atlas.raw holds the numbers (docs/atlas.md).
+ *
+ * The raw file is a sequence of arrays of 4-byte little-endian words, float32 or int32, in the order and with the lengths
+ * that the header lists; nothing else is in it. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "atlas/atlas.h"
+
+#include "base/json.h"
+#include "springls/run_options.h"
+
+#include <cjson/cJSON.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char format_name[] = "springls atlas";
+enum { FORMAT_VERSION = 1, MAX_VERTICES = 50000000 };
+
+/* One array of the raw file. */
+struct raw_array {
+    const char *name;
+    bool is_float;
+    size_t count;
+    void *data;
+};
+
+enum { MAX_ARRAYS = 6 };
+
+static int list_arrays(const struct atlas *atlas, struct raw_array *arrays)
+{
+    const size_t points = 3 * (size_t)atlas->mean.vertex_count,
+                 samples = (size_t)atlas->mean.vertex_count * (size_t)atlas->samples;
+    const struct raw_array all[MAX_ARRAYS] = {
+        {"mean", true, points, atlas->mean.positions},
+        {"triangles", false, 3 * (size_t)atlas->mean.triangle_count, atlas->mean.triangles},
+        {"regions", false, (size_t)atlas->mean.vertex_count, atlas->regions},
+        {"modes", true, points * (size_t)atlas->model.modes, atlas->model.mode},
+        {"profiles", true, samples, atlas->profiles},
+        {"spreads", true, samples, atlas->spreads},
+    };
+    memcpy(arrays, all, sizeof all);
+    return atlas->samples > 0 ? MAX_ARRAYS : MAX_ARRAYS - 2;
+}
+
+static void swap_words(unsigned char *words, size_t count)
+{
+    const uint32_t one = 1;
+    unsigned char first;
+    memcpy(&first, &one, 1);
+    for (size_t i = 0; first == 0 && i < count; ++i) { /* this machine's words are big-endian */
+        unsigned char *w = words + 4 * i, a = w[0], b = w[1];
+        w[0] = w[3];
+        w[1] = w[2];
+        w[2] = b;
+        w[3] = a;
+    }
+}
+
+/* ---- out ---- */
+
+static bool write_raw(const char *path, const struct raw_array *arrays, int count)
+{
+    FILE *file = fopen(path, "wb");
+    bool good = file != NULL;
+    for (int p = 0; good && p < count; ++p) {
+        unsigned char *words = malloc(4 * arrays[p].count + 1);
+        good = words != NULL;
+        if (good) {
+            memcpy(words, arrays[p].data, 4 * arrays[p].count);
+            swap_words(words, arrays[p].count);
+            good = fwrite(words, 4, arrays[p].count, file) == arrays[p].count;
+        }
+        free(words);
+    }
+    if (file && fclose(file) != 0) {
+        good = false;
+    }
+    return good || atlas_fail("%s: cannot write there", path);
+}
+
+bool atlas_write(const char *folder, const struct atlas *atlas)
+{
+    char header[1024], raw[1024];
+    struct raw_array arrays[MAX_ARRAYS];
+    struct json_writer json;
+    const int count = list_arrays(atlas, arrays);
+    run_path(folder, "atlas.json", header, sizeof header);
+    run_path(folder, "atlas.raw", raw, sizeof raw);
+    if (!write_raw(raw, arrays, count)) {
+        return false;
+    }
+    if (!json_open(&json, header)) {
+        return atlas_fail("%s: cannot write there", header);
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "format", format_name);
+    json_integer(&json, "version", FORMAT_VERSION);
+    json_string(&json, "raw", "atlas.raw");
+    json_string(&json, "byte_order", "little");
+    json_string(&json, "unit", "mm");
+    json_bool(&json, "patient_axes", atlas->oriented);
+    json_integer(&json, "subjects", atlas->subjects);
+    json_number(&json, "voxel_mm", atlas->voxel);
+    json_number(&json, "generalisation_mm", atlas->generalization);
+    json_integer(&json, "vertices", atlas->mean.vertex_count);
+    json_integer(&json, "triangles", atlas->mean.triangle_count);
+    json_integer(&json, "modes", atlas->model.modes);
+    json_numbers(&json, "deviations_mm", atlas->model.deviation, (size_t)atlas->model.modes);
+    json_integer(&json, "profile_samples", atlas->samples);
+    json_number(&json, "profile_spacing_mm", atlas->spacing);
+    json_array_begin(&json, "arrays");
+    for (int p = 0; p < count; ++p) {
+        json_object_begin(&json, NULL);
+        json_string(&json, "name", arrays[p].name);
+        json_string(&json, "type", arrays[p].is_float ? "float32" : "int32");
+        json_integer(&json, "count", (int64_t)arrays[p].count);
+        json_object_end(&json);
+    }
+    json_array_end(&json);
+    json_object_end(&json);
+    return json_close(&json) || atlas_fail("%s: writing failed", header);
+}
+
+/* ---- in ---- */
+
+static bool real(const cJSON *header, const char *key, double minimum, double maximum, double *value)
+{
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(header, key);
+    *value = cJSON_IsNumber(item) ? item->valuedouble : (double)NAN;
+    return *value >= minimum && *value <= maximum;
+}
+
+static bool whole(const cJSON *header, const char *key, int minimum, int maximum, int *value)
+{
+    double number;
+    const bool good = real(header, key, (double)minimum, (double)maximum, &number) && number == floor(number);
+    *value = good ? (int)number : 0;
+    return good;
+}
+
+/* Sizes and scalars. NULL, or what is wrong. */
+static const char *read_scalars(const cJSON *header, struct atlas *atlas)
+{
+    const cJSON *deviations = cJSON_GetObjectItemCaseSensitive(header, "deviations_mm");
+    const char *format = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(header, "format"));
+    int version = 0;
+    if (!format || strcmp(format, format_name) != 0) {
+        return "not an atlas: \"format\"";
+    }
+    if (!whole(header, "version", FORMAT_VERSION, FORMAT_VERSION, &version)) {
+        return "another version of the format";
+    }
+    if (!whole(header, "vertices", 3, MAX_VERTICES, &atlas->mean.vertex_count) ||
+        !whole(header, "triangles", 1, MAX_VERTICES, &atlas->mean.triangle_count) ||
+        !whole(header, "modes", 0, ATLAS_MAX_MODES, &atlas->model.modes) ||
+        !whole(header, "profile_samples", 0, 1000, &atlas->samples) ||
+        !whole(header, "subjects", 1, 1 << 30, &atlas->subjects) || !real(header, "voxel_mm", 0.0, 1e9, &atlas->voxel) ||
+        !real(header, "generalisation_mm", 0.0, 1e9, &atlas->generalization) ||
+        !real(header, "profile_spacing_mm", 0.0, 1e9, &atlas->spacing)) {
+        return "a size is missing or out of range";
+    }
+    atlas->oriented = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(header, "patient_axes"));
+    if (!cJSON_IsArray(deviations) || cJSON_GetArraySize(deviations) != atlas->model.modes) {
+        return "\"deviations_mm\" has another length than \"modes\"";
+    }
+    atlas->model.deviation = calloc((size_t)atlas->model.modes + 1, sizeof *atlas->model.deviation);
+    if (!atlas->model.deviation) {
+        return "not enough memory";
+    }
+    for (int m = 0; m < atlas->model.modes; ++m) {
+        const cJSON *item = cJSON_GetArrayItem(deviations, m);
+        atlas->model.deviation[m] = cJSON_IsNumber(item) ? item->valuedouble : 0.0;
+        if (!(atlas->model.deviation[m] > 0.0 && atlas->model.deviation[m] < 1e9)) {
+            return "a deviation is not positive";
+        }
+    }
+    return NULL;
+}
+
+static const char *check_values(const struct raw_array *array, int vertices)
+{
+    for (size_t i = 0; i < array->count; ++i) {
+        if (array->is_float && !isfinite(((const float *)array->data)[i])) {
+            return "a number is not finite";
+        }
+        const int value = array->is_float ? 0 : ((const int *)array->data)[i];
+        if (strcmp(array->name, "triangles") == 0 && (value < 0 || value >= vertices)) {
+            return "a triangle has a vertex that is not there";
+        }
+    }
+    return NULL;
+}
+
+/* Sizes are compared with the file's before memory is asked for. NULL, or what is wrong. */
+static const char *read_raw(FILE *file, struct atlas *atlas)
+{
+    struct raw_array arrays[MAX_ARRAYS];
+    const int count = list_arrays(atlas, arrays);
+    void **places[MAX_ARRAYS] = {(void **)&atlas->mean.positions, (void **)&atlas->mean.triangles, (void **)&atlas->regions,
+                                 (void **)&atlas->model.mode, (void **)&atlas->profiles, (void **)&atlas->spreads};
+    size_t words = 0;
+    for (int p = 0; p < count; ++p) {
+        words += arrays[p].count;
+    }
+    if (fseek(file, 0, SEEK_END) != 0 || ftell(file) != (long)(4 * words) || fseek(file, 0, SEEK_SET) != 0) {
+        return "its size is not what the header says";
+    }
+    for (int p = 0; p < count; ++p) {
+        arrays[p].data = *places[p] = malloc(4 * arrays[p].count + 4);
+        if (!arrays[p].data) {
+            return "not enough memory";
+        }
+        if (fread(arrays[p].data, 4, arrays[p].count, file) != arrays[p].count) {
+            return "cannot be read";
+        }
+        swap_words(arrays[p].data, arrays[p].count);
+        const char *wrong = check_values(&arrays[p], atlas->mean.vertex_count);
+        if (wrong) {
+            return wrong;
+        }
+    }
+    return NULL;
+}
+
+/* The whole text, which is short; NULL: it is not, or cannot be read. From malloc. */
+static char *read_text(const char *path)
+{
+    enum { MOST = 1 << 20 };
+    FILE *file = fopen(path, "rb");
+    char *text = malloc(MOST);
+    const size_t length = file && text ? fread(text, 1, MOST, file) : 0;
+    if (file) {
+        fclose(file);
+    }
+    if (length == 0 || length == MOST) {
+        free(text);
+        return NULL;
+    }
+    text[length] = '\0';
+    return text;
+}
+
+/* The header; raw: the path of the file beside it. NULL, or what is wrong. */
+static const char *read_header(const char *path, struct atlas *atlas, char *raw, size_t size)
+{
+    char *text = read_text(path);
+    const char *slash = strrchr(path, '/');
+    cJSON *header = text ? cJSON_Parse(text) : NULL;
+    const char *wrong = !text ? "cannot be read" : !header ? "not a JSON file" : read_scalars(header, atlas);
+    const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(header, "raw"));
+    if (!wrong && (!name || strchr(name, '/'))) {
+        wrong = "\"raw\" is not the name of a file beside it";
+    }
+    snprintf(raw, size, "%.*s%s", slash ? (int)(slash - path + 1) : 0, path, name ? name : "");
+    cJSON_Delete(header);
+    free(text);
+    return wrong;
+}
+
+bool atlas_read(const char *path, struct atlas *atlas)
+{
+    char raw[1024];
+    memset(atlas, 0, sizeof *atlas);
+    const char *wrong = read_header(path, atlas, raw, sizeof raw);
+    if (wrong) {
+        atlas_free(atlas);
+        return atlas_fail("%s: %s", path, wrong);
+    }
+    FILE *file = fopen(raw, "rb");
+    wrong = file ? read_raw(file, atlas) : "cannot be read";
+    if (file) {
+        fclose(file);
+    }
+    if (wrong) {
+        atlas_free(atlas);
+        return atlas_fail("%s: %s", raw, wrong);
+    }
+    atlas->model.vertices = (size_t)atlas->mean.vertex_count;
+    atlas->model.mean = atlas->mean.positions;
+    return true;
+}
+
+void atlas_free(struct atlas *atlas)
+{
+    if (atlas->model.mean == atlas->mean.positions) { /* borrowed */
+        atlas->model.mean = NULL;
+    }
+    shape_model_free(&atlas->model);
+    atlas_mesh_free(&atlas->mean);
+    free(atlas->regions);
+    free(atlas->profiles);
+    free(atlas->spreads);
+    memset(atlas, 0, sizeof *atlas);
+}
+
+bool atlas_read_without(const char *path, struct atlas_stage *without)
+{
+    char *text = read_text(path);
+    cJSON *report = text ? cJSON_Parse(text) : NULL;
+    const cJSON *compared = cJSON_GetObjectItemCaseSensitive(report, "against_reference");
+    const char *program = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(report, "program"));
+    const bool good = program && strcmp(program, "segment") == 0 && real(report, "seconds", 0.0, 1e9, &without->seconds);
+    without->name = "without atlas";
+    without->compared = good && real(compared, "dice", 0.0, 1.0, &without->dice)
+                     && real(compared, "mean_distance_mm", 0.0, 1e9, &without->mean_distance)
+                     && real(compared, "hd95_mm", 0.0, 1e9, &without->hd95);
+    cJSON_Delete(report);
+    free(text);
+    return good || atlas_fail("%s: not a report of segment on one object", path);
+}

@@ -1,0 +1,233 @@
+/* place.c - an atlas is laid on an image: by a coarse search, then as an active shape model (Cootes et al. 1995).
+ *
+ * In every round each vertex looks along its normal for the shift that fits the image best; the pose, and then the mode
+ * weights, follow these places in the sense of least squares. Rounds begin with long looks and end with short ones. */
+#include "atlas/atlas.h"
+
+#include "base/vec3.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LOOKS = 3, ROUNDS = 12, SCALES = 3, FEW = 150, CANDIDATES = 16, ORIENTATIONS = 60 };
+
+/* Places looked at to either side, and how far apart they are in voxels of the image. */
+static const int look_shifts[LOOKS] = {10, 6, 4};
+static const float look_spacing[LOOKS] = {2.0f, 1.0f, 0.5f}, max_weight = 3.0f;
+
+static float finest(const struct volume *image) { return fminf(image->spacing[0], fminf(image->spacing[1], image->spacing[2])); }
+
+/* Profiles have been learned at their own spacing; windows know none. */
+static float spacing_of(const struct atlas_view *view, int look)
+{
+    return view->learned ? (float)view->atlas->spacing : look_spacing[look] * finest(view->image);
+}
+
+static void make_shape(const struct atlas *atlas, struct atlas_placing *placing)
+{
+    shape_model_shape(&atlas->model, placing->weights, placing->modes, placing->shape);
+    similarity_apply_all(&placing->pose, placing->shape, (size_t)atlas->mean.vertex_count, placing->shape);
+}
+
+/* ---- rounds ---- */
+
+/* Where each vertex would like to be, and how sure that is. */
+static void look(const struct atlas_view *view, int which, const float *shape, const float *normals, float *places, double *sure)
+{
+    const int vertices = view->atlas->mean.vertex_count, shifts = look_shifts[which];
+    const float spacing = spacing_of(view, which);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int v = 0; v < vertices; ++v) {
+        float costs[64];
+        int best = shifts;
+        atlas_shift_costs(view, v, shape + 3 * v, normals + 3 * v, spacing, shifts, costs);
+        for (int s = 0; s <= 2 * shifts; ++s) { /* equal costs: the nearer one */
+            const bool nearer = abs(s - shifts) < abs(best - shifts);
+            best = costs[s] < costs[best] || (costs[s] <= costs[best] && nearer) ? s : best;
+        }
+        vec3_add_scaled(shape + 3 * v, spacing * (float)(best - shifts), normals + 3 * v, places + 3 * v);
+        const double cost = (double)costs[best];
+        sure[v] = view->learned ? 1.0 / (1.0 + cost) : fmax(0.0, -cost);
+        if (best == 0 || best == 2 * shifts) { /* the best may lie beyond what was seen */
+            sure[v] *= 0.1;
+        }
+    }
+}
+
+/* Weights of the first modes that bring the shape nearest to the places, which are in the model's coordinates. */
+static void fit_weights(const struct atlas *atlas, const float *places, const double *sure, int modes, double *weights)
+{
+    const size_t vertices = (size_t)atlas->mean.vertex_count;
+    double total = 0.0;
+    for (size_t v = 0; v < vertices; ++v) {
+        total += sure[v];
+    }
+    for (int m = 0; m < modes; ++m) { /* in increasing order: each takes what the ones before have left */
+        const float *mode = atlas->model.mode + 3 * vertices * (size_t)m;
+        double along = 0.0, square = 0.0;
+        for (size_t v = 0; v < vertices; ++v) {
+            for (size_t k = 3 * v; k < 3 * v + 3; ++k) {
+                double left = (double)places[k] - (double)atlas->mean.positions[k];
+                for (int e = 0; e < m; ++e) {
+                    left -= weights[e] * atlas->model.deviation[e] * (double)atlas->model.mode[3 * vertices * (size_t)e + k];
+                }
+                along += sure[v] * left * (double)mode[k];
+                square += sure[v] * (double)mode[k] * (double)mode[k];
+            }
+        }
+        /* A weight as improbable as its square; what a vertex sees is uncertain by about a voxel of the atlas. */
+        const double noise = atlas->voxel * atlas->voxel * total / (double)vertices;
+        const double deviation = atlas->model.deviation[m];
+        weights[m] = square > 0.0 ? along / (square + noise / (deviation * deviation)) / deviation : 0.0;
+        weights[m] = fmax(-(double)max_weight, fmin((double)max_weight, weights[m]));
+    }
+}
+
+static bool refine(const struct atlas_view *view, int modes, int first_look, struct atlas_placing *placing)
+{
+    const struct atlas *atlas = view->atlas;
+    const size_t vertices = (size_t)atlas->mean.vertex_count;
+    float *normals = malloc(3 * vertices * sizeof *normals), *places = malloc(3 * vertices * sizeof *places);
+    float *bare = malloc(3 * vertices * sizeof *bare);
+    double *sure = malloc(vertices * sizeof *sure);
+    const bool good = (normals && places && bare && sure) || atlas_no_memory();
+    const int maximum = modes < atlas->model.modes ? modes : atlas->model.modes;
+    for (int l = first_look; good && l < LOOKS; ++l) {
+        for (int round = 0; round < ROUNDS; ++round) {
+            struct similarity pose;
+            make_shape(atlas, placing);
+            mesh_normals(placing->shape, vertices, atlas->mean.triangles, (size_t)atlas->mean.triangle_count, normals);
+            look(view, l, placing->shape, normals, places, sure);
+            shape_model_shape(&atlas->model, placing->weights, placing->modes, bare);
+            if (!similarity_fit(bare, places, sure, vertices, true, &pose)) {
+                break;
+            }
+            placing->pose = pose;
+            const struct similarity back = similarity_inverse(&pose);
+            similarity_apply_all(&back, places, vertices, places);
+            placing->modes = maximum < round + 1 || l > first_look ? maximum : round + 1;
+            fit_weights(atlas, places, sure, placing->modes, placing->weights);
+        }
+    }
+    if (good) {
+        make_shape(atlas, placing);
+    }
+    free(normals);
+    free(places);
+    free(bare);
+    free(sure);
+    return good;
+}
+
+bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_placing *placing)
+{
+    return refine(view, modes, modes > 0 ? 1 : 0, placing);
+}
+
+/* ---- the coarse search ---- */
+
+struct candidate {
+    struct similarity pose;
+    double cost;
+    int cell; /* decides between equal costs, for any number of threads */
+};
+
+static void add_candidate(struct candidate *best, int *count, const struct candidate *fresh)
+{
+    int at = *count < CANDIDATES ? (*count)++ : CANDIDATES;
+    while (at > 0 && (best[at - 1].cost > fresh->cost || (best[at - 1].cost >= fresh->cost && best[at - 1].cell > fresh->cell))) {
+        if (at < CANDIDATES) {
+            best[at] = best[at - 1];
+        }
+        --at;
+    }
+    if (at < CANDIDATES) {
+        best[at] = *fresh;
+    }
+}
+
+/* All translations through the image a quarter of the atlas's size apart, in three sizes; patients lie as they do, other
+ * things turn any way. */
+static int search(const struct atlas_view *view, const int *few, int count, const float *normals, struct candidate *best)
+{
+    static const double scales[SCALES] = {1.0, 0.87, 1.15};
+    const struct volume *image = view->image;
+    double center[3], radius;
+    int found = 0, cells[3];
+    shape_size(view->atlas->mean.positions, (size_t)view->atlas->mean.vertex_count, center, &radius);
+    for (int a = 0; a < 3; ++a) {
+        const double extent = (double)image->spacing[a] * image->dims[a] / (0.25 * radius);
+        cells[a] = extent < 1.0 ? 1 : extent > 64.0 ? 64 : (int)extent;
+    }
+    const int orientations = view->atlas->oriented ? 1 : ORIENTATIONS, places = cells[0] * cells[1] * cells[2];
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 16)
+#endif
+    for (int p = 0; p < places; ++p) {
+        const int cell[3] = {p % cells[0], p / cells[0] % cells[1], p / cells[0] / cells[1]};
+        float index[3], middle[3];
+        for (int a = 0; a < 3; ++a) {
+            index[a] = ((float)cell[a] + 0.5f) / (float)cells[a] * (float)image->dims[a] - 0.5f;
+        }
+        volume_index_to_world(image, index, middle);
+        struct candidate local = {.cost = INFINITY}, trial = {.cell = p};
+        for (int t = 0; t < orientations * SCALES; ++t) {
+            trial.pose = similarity_identity();
+            if (!view->atlas->oriented) {
+                rotation_number(t / SCALES, trial.pose.rotation);
+            }
+            trial.pose.scale = scales[t % SCALES];
+            for (int r = 0; r < 3; ++r) {
+                const double *row = trial.pose.rotation[r];
+                trial.pose.translation[r] =
+                    (double)middle[r] - trial.pose.scale * (row[0] * center[0] + row[1] * center[1] + row[2] * center[2]);
+            }
+            trial.cost = atlas_surface_cost(view, &trial.pose, few, count, normals, spacing_of(view, 0));
+            local = trial.cost < local.cost ? trial : local;
+        }
+#if defined(_OPENMP)
+        #pragma omp critical
+#endif
+        add_candidate(best, &found, &local);
+    }
+    return found;
+}
+
+bool atlas_place_start(const struct atlas_view *view, struct atlas_placing *placing)
+{
+    const struct atlas *atlas = view->atlas;
+    const size_t vertices = (size_t)atlas->mean.vertex_count;
+    struct candidate best[CANDIDATES];
+    int few[FEW];
+    float *normals = malloc(3 * vertices * sizeof *normals);
+    memset(placing, 0, sizeof *placing);
+    placing->shape = malloc(3 * vertices * sizeof *placing->shape);
+    if (!normals || !placing->shape) {
+        free(normals);
+        return atlas_no_memory();
+    }
+    mesh_normals(atlas->mean.positions, vertices, atlas->mean.triangles, (size_t)atlas->mean.triangle_count, normals);
+    const int count = points_spread(atlas->mean.positions, (int)vertices, FEW, few);
+    const int found = search(view, few, count, normals, best);
+    double minimum = INFINITY;
+    struct similarity pose = similarity_identity();
+    bool good = true;
+    for (int c = 0; good && c < found; ++c) { /* the best after a first adjustment of the pose */
+        placing->pose = best[c].pose;
+        good = refine(view, 0, 0, placing);
+        const double cost = good ? atlas_surface_cost(view, &placing->pose, few, count, normals, spacing_of(view, 1)) : INFINITY;
+        if (cost < minimum) {
+            minimum = cost;
+            pose = best[c].pose; /* unadjusted: what the search found */
+        }
+    }
+    placing->pose = pose;
+    if (good) {
+        make_shape(atlas, placing);
+    }
+    free(normals);
+    return good;
+}

@@ -1,0 +1,355 @@
+/* segment.c - an atlas finds its object in an image, for atlas.h (paper, section 5.6, Figs. 17 and 18).
+ *
+ * start    the mean shape where a coarse search found it
+ * pose     rotation, translation, scale
+ * modes    and the weights of the first modes
+ * springls the shape becomes springls: gradient vector flow and the pressure of intensities move them, on a leash about the
+ *          shape; each springl's correspondence still says where on the atlas it is, so the atlas's regions arrive */
+#include "atlas/atlas.h"
+
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "imaging/gvf.h"
+#include "imaging/segment_image.h"
+#include "springls/run_options.h"
+#include "springls/segment_model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_CELLS = 128, LOOK_EVERY = 5, MAX_RESAMPLINGS = 12 };
+
+static const float gvf_mu = 0.2f; /* Xu and Prince's own choice for clean images */
+static const float speed = 0.5f, rest_share = 0.02f, rest_speed = 0.05f; /* as `segment` has them */
+
+/* ---- forces ---- */
+
+/* What the springls feel, on cubes about the shape. */
+struct field {
+    struct volume pressure; /* -1 .. 1, outward positive */
+    struct gvf flow;
+    float gvf_weight;
+};
+
+/* Voxels as large as the image's, but not more than MAX_CELLS along the longest side of the shape. */
+static bool create_cubes(const struct atlas_segment *run, float leash, struct volume *cubes)
+{
+    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
+    const float *spacing = run->image.spacing;
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, longest = 0.0f;
+    int dims[3];
+    for (int i = 0; i < 3 * mesh->vertex_count; ++i) {
+        lo[i % 3] = fminf(lo[i % 3], mesh->positions[i]);
+        hi[i % 3] = fmaxf(hi[i % 3], mesh->positions[i]);
+    }
+    for (int a = 0; a < 3; ++a) {
+        longest = fmaxf(longest, hi[a] - lo[a]);
+    }
+    const float side = fmaxf(cbrtf(spacing[0] * spacing[1] * spacing[2]), longest / (float)MAX_CELLS),
+                margin = leash + 4.0f * side;
+    const float sides[3] = {side, side, side};
+    for (int a = 0; a < 3; ++a) {
+        lo[a] -= margin;
+        dims[a] = (int)ceilf((hi[a] + margin - lo[a]) / side) + 1;
+        dims[a] = dims[a] < 8 ? 8 : dims[a];
+    }
+    return volume_create(dims, sides, lo, cubes) || atlas_no_memory();
+}
+
+/* The pressure at a place: inside where the intensity says so, as long as the leash allows: q counts leashes outward. */
+static float pressure_at(const struct atlas_segment *run, const struct target *shape, const float place[3], float leash)
+{
+    const struct similarity identity = similarity_identity();
+    struct target_hit hit;
+    target_nearest(shape, &identity, place, &hit);
+    const float q = fmaxf(-1.0f, fminf(1.0f, hit.signed_distance / leash));
+    const float inside = atlas_inside(&run->view, (int)hit.vertex, atlas_intensity(&run->image, place));
+    return inside * (1.0f - q * q) - q * fabsf(q);
+}
+
+static void field_free(struct field *field)
+{
+    volume_free(&field->pressure);
+    gvf_free(&field->flow);
+}
+
+/* What the modes cannot show, twice; but not less than a part of the shape's size. mm */
+static double choose_leash(const struct atlas_segment *run, double radius)
+{
+    return fmax(2.0 * run->placing.pose.scale * run->atlas.generalization, 0.05 * radius);
+}
+
+static bool field_create(const struct atlas_segment *run, struct field *field)
+{
+    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
+    const size_t vertices = (size_t)mesh->vertex_count;
+    struct target shape;
+    memset(field, 0, sizeof *field);
+    if (!target_create(mesh->positions, vertices, mesh->triangles, (size_t)mesh->triangle_count, &shape)) {
+        return atlas_no_memory();
+    }
+    const float leash = (float)(run->settings.leash > 0.0 ? run->settings.leash : choose_leash(run, shape.radius));
+    bool good = create_cubes(run, leash, &field->pressure);
+    const struct volume *cubes = &field->pressure;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < (good ? cubes->dims[2] : 0); ++k) {
+        float *out = cubes->data + (size_t)k * (size_t)cubes->dims[0] * (size_t)cubes->dims[1];
+        for (int j = 0; j < cubes->dims[1]; ++j) {
+            for (int i = 0; i < cubes->dims[0]; ++i) {
+                const float index[3] = {(float)i, (float)j, (float)k};
+                float place[3];
+                volume_index_to_world(cubes, index, place);
+                *out++ = pressure_at(run, &shape, place, leash);
+            }
+        }
+    }
+    field->gvf_weight = (float)run->settings.gvf;
+    good = good &&
+           (run->settings.gvf <= 0.0 || gvf_compute(cubes, 0, gvf_mu, cubes->spacing[0], &field->flow) || atlas_no_memory());
+    target_free(&shape);
+    return good;
+}
+
+/* Of the flow only what is along the normal: along the surface it would carry springls away from their places. */
+static void flow_along_normal(void *user, const float *points, const float *normals, int count, float time, float *out)
+{
+    const struct field *field = user;
+    (void)time;
+    for (int i = 0; i < count; ++i) { /* the model's grid is the flow's */
+        float v[3];
+        gvf_sample(&field->flow, points + 3 * i, v);
+        out[i] = field->gvf_weight * vec3_dot(v, normals + 3 * i);
+    }
+}
+
+/* ---- springls ---- */
+
+/* The fitted shape as springls of about a voxel. */
+static bool start_springls(struct atlas_segment *run, const struct field *field)
+{
+    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    const struct volume *cubes = &field->pressure;
+    desc.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
+    desc.params = &run->params;
+    desc.backend = run->backend = run_backend("atlas segment", &run->settings.common);
+    if (springls_create(&desc, &run->ctx) != SPRINGLS_OK) {
+        return atlas_fail("no model of this size");
+    }
+    bool good = atlas_check(run->ctx, springls_set_mesh(run->ctx, mesh->positions, mesh->vertex_count, 0, mesh->triangles,
+                                                        mesh->triangle_count, NULL), "springls");
+    int before = 0;
+    for (int i = 0; good && i < MAX_RESAMPLINGS && springls_count(run->ctx) != before; ++i) {
+        before = springls_count(run->ctx);
+        good = atlas_check(run->ctx, springls_resample(run->ctx), "resample");
+    }
+    return good;
+}
+
+static bool run_to_rest(struct atlas_segment *run, struct field *field)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    springls_forces forces = {.curvature_weight = (float)set->curvature, .integrator = SPRINGLS_INTEGRATOR_EULER, .user = field};
+    const springls_step_desc step = {
+        .forces = &forces, .mode = SPRINGLS_MODE_FLUID, .dt = speed, .max_displacement = 0.75f, .stop_at_topology = true};
+    struct segment_watch watch;
+    struct progress bar;
+    float moving = 1.0f;
+    const struct volume *cubes = &field->pressure;
+    forces.pressure_grid.data = cubes->data;
+    forces.pressure_grid.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
+    if (field->flow.field) {
+        forces.pressure = flow_along_normal;
+    }
+    memset(&watch, 0, sizeof watch);
+    progress_begin(&bar, "springls", (size_t)set->steps, !cli_may_print(&set->common));
+    bool good = segment_watch_look(&watch, run->ctx, 0.0f, &moving) || atlas_no_memory();
+    for (int s = 1; good && s <= set->steps && !run->at_rest; ++s) {
+        good = atlas_check(run->ctx, springls_step(run->ctx, &step), "step");
+        run->steps = s;
+        if (good && s % LOOK_EVERY == 0) {
+            good = segment_watch_look(&watch, run->ctx, rest_speed * speed * LOOK_EVERY, &moving) || atlas_no_memory();
+            run->at_rest = moving < rest_share;
+        }
+        progress_update(&bar, (size_t)s, NULL);
+    }
+    progress_end(&bar);
+    segment_watch_free(&watch);
+    return good;
+}
+
+/* The springls' surface, and the region of the atlas that each of its vertices came from. */
+static bool take_surface(struct atlas_segment *run)
+{
+    const struct shape_mesh *shape = &run->stages[ATLAS_STAGES - 2];
+    const struct similarity identity = similarity_identity();
+    struct target origin;
+    springls_mesh surface;
+    if (!target_create(shape->positions, (size_t)shape->vertex_count, shape->triangles, (size_t)shape->triangle_count, &origin)) {
+        return atlas_no_memory();
+    }
+    memset(&surface, 0, sizeof surface);
+    bool good = atlas_check(run->ctx, springls_extract_mesh(run->ctx, &surface), "surface")
+             && (surface.triangle_count > 0 || atlas_fail("the springls vanished"))
+             && atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count,
+                                &run->stages[ATLAS_STAGES - 1]);
+    run->regions = good ? calloc((size_t)surface.vertex_count, sizeof *run->regions) : NULL;
+    for (int v = 0; run->regions && v < surface.vertex_count; ++v) {
+        struct target_hit hit;
+        target_nearest(&origin, &identity, surface.correspondences + 3 * v, &hit);
+        run->regions[v] = run->atlas.regions[hit.vertex];
+    }
+    good = good && (run->regions || atlas_no_memory());
+    run->springls = springls_count(run->ctx);
+    springls_mesh_free(run->ctx, &surface);
+    target_free(&origin);
+    return good;
+}
+
+static bool run_springls(struct atlas_segment *run)
+{
+    struct field field;
+    const bool good = field_create(run, &field) && start_springls(run, &field) && run_to_rest(run, &field) && take_surface(run);
+    field_free(&field);
+    return good;
+}
+
+/* ---- stages ---- */
+
+static bool keep_stage(struct atlas_segment *run, int stage, const char *name, double begin)
+{
+    const struct shape_mesh *mean = &run->atlas.mean;
+    run->results[stage].name = name;
+    run->results[stage].seconds = elapsed_seconds() - begin;
+    return stage == ATLAS_STAGES - 1
+        || atlas_mesh_copy(run->placing.shape, mean->vertex_count, mean->triangles, mean->triangle_count, &run->stages[stage]);
+}
+
+static void choose_window(struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    struct atlas_view *view = &run->view;
+    const float level = isnan(set->level) ? segment_otsu(&run->image) : (float)set->level;
+    view->image = &run->image;
+    view->atlas = &run->atlas;
+    view->learned = run->atlas.samples > 0 && isnan(set->level) && !set->windowed;
+    view->low = set->windowed ? (float)set->window[0] : set->dark ? -INFINITY : level;
+    view->high = set->windowed ? (float)set->window[1] : set->dark ? level : INFINITY;
+    const float range = segment_percentile(&run->image, 0.995) - segment_percentile(&run->image, 0.005);
+    atlas_contrast(&run->image, &view->mean, &view->deviation);
+    view->ramp = set->ramp > 0.0 ? (float)set->ramp : fmaxf(0.1f * range, 1e-6f);
+}
+
+/* Voxels inside a surface, on the reference's grid. */
+static bool fill_mask(const struct volume *grid, const springls_params *params, const struct shape_mesh *mesh, uint8_t *mask)
+{
+    springls_context *ctx = NULL;
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(grid->dims, grid->spacing, grid->origin, grid->direction[0]);
+    desc.params = params;
+    const size_t row = (size_t)grid->dims[0];
+    float *points = malloc(3 * row * sizeof *points);
+    bool good =
+        (points || atlas_no_memory()) && (springls_create(&desc, &ctx) == SPRINGLS_OK || atlas_fail("no grid of this size")) &&
+        atlas_check(ctx,
+                    springls_set_mesh(ctx, mesh->positions, mesh->vertex_count, 0, mesh->triangles, mesh->triangle_count, NULL),
+                    "mask");
+    for (int k = 0; good && k < grid->dims[2]; ++k) {
+        for (int j = 0; good && j < grid->dims[1]; ++j) {
+            for (int i = 0; i < grid->dims[0]; ++i) {
+                const float index[3] = {(float)i, (float)j, (float)k};
+                volume_index_to_world(grid, index, points + 3 * i);
+            }
+            good = atlas_check(ctx, springls_sample_inside(ctx, points, grid->dims[0],
+                                                    mask + row * ((size_t)j + (size_t)grid->dims[1] * (size_t)k)), "mask");
+        }
+    }
+    springls_destroy(ctx);
+    free(points);
+    return good;
+}
+
+bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct volume *grid, uint8_t *mask)
+{
+    return fill_mask(grid, &run->params, &run->stages[stage], mask);
+}
+
+static bool compare(struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    int labels[ATLAS_MAX_LABELS];
+    char error[VOLUME_TEXT];
+    struct volume part;
+    const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
+    memset(&part, 0, sizeof part);
+    bool good = atlas_label_surface(set->reference, labels, count, set->reference, &part, &run->truth);
+    volume_free(&part);
+    if (!good || !volume_read(set->reference, 0, &run->reference, error)) {
+        return good && atlas_fail("%s", error);
+    }
+    const size_t voxels = volume_voxels(&run->reference);
+    uint8_t *truth = malloc(voxels), *mask = malloc(voxels);
+    good = (truth && mask) || atlas_no_memory();
+    if (good) {
+        segment_mask(&run->reference, labels, count, truth);
+        for (size_t n = 0; n < voxels; ++n) { /* the labels not asked for are not drawn */
+            run->reference.data[n] = truth[n];
+        }
+    }
+    const struct surface reference = atlas_surface(&run->truth, NULL);
+    for (int s = 0; good && s < ATLAS_STAGES; ++s) {
+        struct atlas_stage *result = &run->results[s];
+        struct surface_distances distances;
+        const struct surface found = atlas_surface(&run->stages[s], NULL);
+        good = fill_mask(&run->reference, &run->params, &run->stages[s], mask);
+        result->dice = overlap_masks(mask, truth, voxels).dice;
+        result->compared = good && surface_distances_measure(&found, &reference, 20000, 1.0, &distances);
+        if (result->compared) {
+            result->mean_distance = distances.assd;
+            result->hd95 = distances.hd95;
+        }
+    }
+    free(truth);
+    free(mask);
+    return good;
+}
+
+bool atlas_segment_run(struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    char error[VOLUME_TEXT];
+    if (!atlas_read(set->atlas, &run->atlas) || (set->beside && !atlas_read_without(set->beside, &run->without))) {
+        return false;
+    }
+    if (!volume_read(set->image, set->frame, &run->image, error)) {
+        return atlas_fail("%s", error);
+    }
+    choose_window(run);
+    const double begin = elapsed_seconds();
+    const bool good = atlas_place_start(&run->view, &run->placing) && keep_stage(run, 0, "start", begin)
+                   && atlas_place_refine(&run->view, 0, &run->placing) && keep_stage(run, 1, "pose", begin)
+                   && atlas_place_refine(&run->view, set->modes, &run->placing) && keep_stage(run, 2, "modes", begin)
+                   && run_springls(run) && keep_stage(run, 3, "springls", begin);
+    run->seconds = elapsed_seconds() - begin;
+    return good && (!set->reference || compare(run));
+}
+
+void atlas_segment_free(struct atlas_segment *run)
+{
+    for (int s = 0; s < ATLAS_STAGES; ++s) {
+        atlas_mesh_free(&run->stages[s]);
+    }
+    atlas_mesh_free(&run->truth);
+    atlas_free(&run->atlas);
+    volume_free(&run->image);
+    volume_free(&run->reference);
+    springls_destroy(run->ctx);
+    springls_cl_destroy(run->backend);
+    free(run->placing.shape);
+    free(run->regions);
+}

@@ -1,0 +1,234 @@
+/* segment_report.c - what `atlas segment` writes and says. */
+#include "atlas/atlas.h"
+
+#include "base/json.h"
+#include "base/progress.h"
+#include "imaging/segment_image.h"
+#include "imaging/slices.h"
+#include "shapes/shape_pictures.h"
+#include "springls/run_options.h"
+#include "springls/segment_model.h"
+#include "surface/mesh_io.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void print_stage(const struct atlas_stage *stage)
+{
+    printf("%-13s %6.1f s", stage->name, stage->seconds);
+    if (stage->compared) {
+        printf("   Dice %.4f, mean surface distance %.3f mm, HD95 %.3f mm", stage->dice, stage->mean_distance, stage->hd95);
+    }
+    putchar('\n');
+}
+
+static void print_summary(const struct atlas_segment *run)
+{
+    for (int s = 0; s < ATLAS_STAGES; ++s) {
+        print_stage(&run->results[s]);
+    }
+    if (run->without.name) {
+        print_stage(&run->without);
+    }
+    printf("%s after %d steps, %d springls\n", run->at_rest ? "springls at rest" : "step limit reached", run->steps,
+           run->springls);
+}
+
+static void report_stage(struct json_writer *json, const char *key, const struct atlas_stage *stage)
+{
+    const double none = (double)NAN;
+    json_object_begin(json, key);
+    json_string(json, "name", stage->name);
+    json_number(json, "seconds", stage->seconds);
+    json_number(json, "dice", stage->compared ? stage->dice : none);
+    json_number(json, "mean_distance_mm", stage->compared ? stage->mean_distance : none);
+    json_number(json, "hd95_mm", stage->compared ? stage->hd95 : none);
+    json_object_end(json);
+}
+
+static bool report(const struct atlas_segment *run, const char *path)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    struct json_writer json;
+    if (!json_open(&json, path)) {
+        return atlas_fail("%s: cannot write there", path);
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "program", "atlas segment");
+    json_string(&json, "image", set->image);
+    json_string(&json, "atlas", set->atlas);
+    json_string(&json, "params", set->common.params);
+    json_string(&json, "intensities", run->view.learned ? "learned" : "window");
+    if (!run->view.learned) {
+        json_number(&json, "window_low", (double)run->view.low);
+        json_number(&json, "window_high", (double)run->view.high);
+        json_number(&json, "ramp", (double)run->view.ramp);
+    }
+    json_number(&json, "scale", run->placing.pose.scale);
+    json_numbers(&json, "mode_weights", run->placing.weights, (size_t)run->placing.modes);
+    json_integer(&json, "steps", run->steps);
+    json_string(&json, "ended", run->at_rest ? "springls at rest" : "step limit reached");
+    json_integer(&json, "springls", run->springls);
+    json_string(&json, "reference", set->reference);
+    json_string(&json, "label", set->label_text);
+    json_array_begin(&json, "stages");
+    for (int s = 0; s < ATLAS_STAGES; ++s) {
+        report_stage(&json, NULL, &run->results[s]);
+    }
+    json_array_end(&json);
+    if (run->without.name) {
+        report_stage(&json, "without_atlas", &run->without);
+    }
+    json_number(&json, "seconds", run->seconds);
+    json_string(&json, "backend", run_backend_name(run->backend));
+    json_integer(&json, "threads", run_threads());
+    json_number(&json, "peak_rss_mib", peak_rss_mib());
+    json_object_end(&json);
+    return json_close(&json) || atlas_fail("%s: writing failed", path);
+}
+
+/* ---- pictures, labels, mesh ---- */
+
+static bool draw_stages(const struct atlas_segment *run, const char *folder)
+{
+    const struct shape_mesh *last = &run->stages[ATLAS_STAGES - 1];
+    const struct shape_view view = shape_view_make(last, 360, 320);
+    struct image pictures[ATLAS_STAGES + 1] = {{0, 0, NULL}};
+    const char *captions[ATLAS_STAGES + 1];
+    char path[1024];
+    const int count = ATLAS_STAGES + (run->truth.vertex_count > 0);
+    bool good = true;
+    for (int s = 0; good && s < count; ++s) {
+        const struct shape_mesh *mesh = s < ATLAS_STAGES ? &run->stages[s] : &run->truth;
+        const int *regions = s == ATLAS_STAGES ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
+        float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
+        if (colors && regions) {
+            colors_by_region(regions, mesh->vertex_count, colors);
+        }
+        captions[s] = s < ATLAS_STAGES ? run->results[s].name : "reference";
+        good = (colors && shape_picture(mesh, mesh->positions, regions ? colors : NULL, NULL, &view, &pictures[s])) ||
+               atlas_no_memory();
+        free(colors);
+    }
+    run_path(folder, "stages.png", path, sizeof path);
+    return good && (pictures_write(pictures, captions, count, count, path) || atlas_fail("%s: cannot draw it", path));
+}
+
+/* The result's region in every voxel inside: that of the nearest place of its surface. */
+static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, const char *folder)
+{
+    const struct volume *image = &run->image;
+    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 1];
+    const struct similarity identity = similarity_identity();
+    const size_t voxels = volume_voxels(image);
+    struct target target;
+    char path[1024], error[VOLUME_TEXT];
+    int16_t *labels = calloc(voxels, sizeof *labels);
+    if (!labels ||
+        !target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
+        free(labels);
+        return atlas_no_memory();
+    }
+    for (size_t n = 0; n < voxels; ++n) {
+        if (mask[n]) {
+            int at[3];
+            volume_place(image->dims, n, at);
+            const float index[3] = {(float)at[0], (float)at[1], (float)at[2]};
+            float place[3];
+            struct target_hit hit;
+            volume_index_to_world(image, index, place);
+            target_nearest(&target, &identity, place, &hit);
+            labels[n] = (int16_t)(run->regions[hit.vertex] > 0 ? run->regions[hit.vertex] : 1);
+        }
+    }
+    target_free(&target);
+    run_path(folder, "labels.nii.gz", path, sizeof path);
+    const bool good = volume_write(path, image, VOLUME_INT16, labels, error);
+    free(labels);
+    return good || atlas_fail("%s", error);
+}
+
+/* Contours of masks: a mask smoothed by its voxels' interpolation runs where it is one half. */
+static bool draw_slices(const struct atlas_segment *run, const float *before, const float *after, const char *folder)
+{
+    const struct slices_contour contours[3] = {
+        {.data = before, .level = -0.5f, .width = 1.2f, .color = {1.0f, 0.85f, 0.2f}, .name = "before springls"},
+        {.data = after, .level = -0.5f, .color = {1.0f, 0.35f, 0.2f}, .name = "springls"},
+        {.data = run->reference.data, .any_label = true, .width = 1.2f, .color = {0.2f, 0.85f, 1.0f}, .name = "reference"}};
+    const bool same = run->reference.data && volume_same_grid(&run->image, &run->reference);
+    const float *middle = run->stages[ATLAS_STAGES - 1].positions;
+    struct slices_view view = {.volume = &run->image, .contours = contours, .contour_count = same ? 3 : 2};
+    float center[3] = {0.0f, 0.0f, 0.0f}, index[3];
+    struct image picture;
+    char path[1024];
+    for (int i = 0; i < 3 * run->stages[ATLAS_STAGES - 1].vertex_count; ++i) {
+        center[i % 3] += middle[i] / (float)run->stages[ATLAS_STAGES - 1].vertex_count;
+    }
+    volume_world_to_index(&run->image, center, index);
+    for (int a = 0; a < 3; ++a) {
+        view.center[a] = (int)fmaxf(0.0f, fminf((float)(run->image.dims[a] - 1), floorf(index[a] + 0.5f)));
+    }
+    run_path(folder, "slices.png", path, sizeof path);
+    if (!slices_render(&view, &picture)) {
+        return atlas_no_memory();
+    }
+    const bool good = image_write_png(&picture, path);
+    image_free(&picture);
+    return good || atlas_fail("%s: cannot write there", path);
+}
+
+static bool write_volumes(const struct atlas_segment *run, const char *folder)
+{
+    const size_t voxels = volume_voxels(&run->image);
+    uint8_t *mask = malloc(voxels);
+    float *masks = malloc(2 * voxels * sizeof *masks);
+    bool good = (mask && masks) || atlas_no_memory();
+    for (int s = 0; good && s < 2; ++s) {
+        good = atlas_segment_mask(run, ATLAS_STAGES - 2 + s, &run->image, mask);
+        for (size_t n = 0; good && n < voxels; ++n) {
+            masks[(size_t)s * voxels + n] = -(float)mask[n];
+        }
+    }
+    good = good && write_labels(run, mask, folder) && draw_slices(run, masks, masks + voxels, folder);
+    free(mask);
+    free(masks);
+    return good;
+}
+
+static bool write_surface(const struct atlas_segment *run, const char *folder)
+{
+    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 1];
+    char path[1024], error[MESH_TEXT];
+    float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
+    if (!colors) {
+        return atlas_no_memory();
+    }
+    colors_by_region(run->regions, mesh->vertex_count, colors);
+    const struct mesh_ply ply = {.positions = mesh->positions, .vertex_count = (size_t)mesh->vertex_count,
+                                 .indices = (const uint32_t *)(const void *)mesh->triangles,
+                                 .triangle_count = (size_t)mesh->triangle_count, .colors = colors,
+                                 .comment = "millimetres, RAS+; colours: regions of the atlas"};
+    run_path(folder, "surface.ply", path, sizeof path);
+    const bool good = mesh_write_ply(path, &ply, error);
+    free(colors);
+    return good || atlas_fail("%s", error);
+}
+
+bool atlas_segment_output(const struct atlas_segment *run)
+{
+    const struct cli_common *common = &run->settings.common;
+    char path[1024];
+    if (cli_may_print(common)) {
+        print_summary(run);
+    }
+    if (common->out) {
+        run_path(common->out, "report.json", path, sizeof path);
+        if (!write_surface(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) ||
+            !report(run, path)) {
+            return false;
+        }
+    }
+    return !common->json || report(run, common->json);
+}

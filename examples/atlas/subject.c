@@ -1,0 +1,387 @@
+/* subject.c - subjects of an atlas: meshes, or label maps turned into surfaces. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "atlas/atlas.h"
+
+#include "imaging/segment_image.h"
+#include "springls/run_options.h"
+#include "springls/segment_model.h"
+#include "surface/mesh_io.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { MARGIN = 4 };
+
+bool atlas_fail(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    const bool failed = cli_failed("atlas", format, list);
+    va_end(list);
+    return failed;
+}
+
+bool atlas_no_memory(void) { return atlas_fail("not enough memory"); }
+
+bool atlas_check(const springls_context *ctx, springls_status status, const char *doing)
+{
+    return run_check("atlas", ctx, status, doing);
+}
+
+void atlas_mesh_free(struct shape_mesh *mesh)
+{
+    free(mesh->positions);
+    free(mesh->triangles);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+bool atlas_mesh_copy(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct shape_mesh *mesh)
+{
+    const size_t points = 3 * (size_t)vertex_count, corners = 3 * (size_t)triangle_count;
+    mesh->vertex_count = vertex_count;
+    mesh->triangle_count = triangle_count;
+    mesh->positions = malloc((points + 1) * sizeof *mesh->positions);
+    mesh->triangles = malloc((corners + 1) * sizeof *mesh->triangles);
+    if (!mesh->positions || !mesh->triangles) {
+        atlas_mesh_free(mesh);
+        return atlas_no_memory();
+    }
+    memcpy(mesh->positions, positions, points * sizeof *positions);
+    memcpy(mesh->triangles, triangles, corners * sizeof *triangles);
+    return true;
+}
+
+struct surface atlas_surface(const struct shape_mesh *mesh, const float *positions)
+{
+    const struct surface surface = {positions ? positions : mesh->positions, (const uint32_t *)(const void *)mesh->triangles,
+                                    (size_t)mesh->triangle_count};
+    return surface;
+}
+
+/* ---- label maps ---- */
+
+int atlas_read_labels(const char *text, int *labels)
+{
+    int count = 0;
+    do {
+        char item[16];
+        const size_t length = strcspn(text, "+");
+        if (length == 0 || length >= sizeof item || count == ATLAS_MAX_LABELS) {
+            return -1;
+        }
+        memcpy(item, text, length);
+        item[length] = '\0';
+        if (!cli_read_int(item, &labels[count++])) {
+            return -1;
+        }
+        text += length;
+    } while (*text++ == '+');
+    return count;
+}
+
+static bool is_wanted(float value, const int *labels, int count)
+{
+    bool wanted = count == 0 && value > 0.5f;
+    for (int l = 0; l < count; ++l) {
+        wanted = wanted || (int)lrintf(value) == labels[l];
+    }
+    return wanted;
+}
+
+/* The part of a volume from voxel lo on, `dims` large, in the same places. */
+static bool crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part)
+{
+    const float origin_index[3] = {(float)lo[0], (float)lo[1], (float)lo[2]};
+    if (!volume_create(dims, from->spacing, from->origin, part)) {
+        return atlas_no_memory();
+    }
+    memcpy(part->direction, from->direction, sizeof part->direction);
+    memcpy(part->affine, from->affine, sizeof part->affine);
+    volume_index_to_world(from, origin_index, part->origin);
+    for (int r = 0; r < 3; ++r) {
+        part->affine[r][3] = (double)part->origin[r];
+    }
+    float *out = part->data;
+    for (int k = lo[2]; k < lo[2] + dims[2]; ++k) {
+        for (int j = lo[1]; j < lo[1] + dims[1]; ++j) {
+            for (int i = lo[0]; i < lo[0] + dims[0]; ++i, ++out) {
+                const bool in = i >= 0 && j >= 0 && k >= 0 && i < from->dims[0] && j < from->dims[1] && k < from->dims[2];
+                *out =
+                    in ? from->data[(size_t)i + (size_t)from->dims[0] * ((size_t)j + (size_t)from->dims[1] * (size_t)k)] : 0.0f;
+            }
+        }
+    }
+    return true;
+}
+
+/* Only the wanted labels, with a margin. */
+static bool crop_labels(const struct volume *all, const int *labels, int count, const char *name, struct volume *part)
+{
+    int lo[3] = {all->dims[0], all->dims[1], all->dims[2]}, hi[3] = {-1, -1, -1}, dims[3];
+    const float *value = all->data;
+    for (int k = 0; k < all->dims[2]; ++k) {
+        for (int j = 0; j < all->dims[1]; ++j) {
+            for (int i = 0; i < all->dims[0]; ++i, ++value) {
+                if (!is_wanted(*value, labels, count)) {
+                    continue;
+                }
+                const int place[3] = {i, j, k};
+                for (int a = 0; a < 3; ++a) {
+                    lo[a] = place[a] < lo[a] ? place[a] : lo[a];
+                    hi[a] = place[a] > hi[a] ? place[a] : hi[a];
+                }
+            }
+        }
+    }
+    if (hi[0] < 0) {
+        return atlas_fail("%s: no voxel has that label", name);
+    }
+    for (int a = 0; a < 3; ++a) {
+        lo[a] -= MARGIN;
+        dims[a] = hi[a] - lo[a] + 1 + MARGIN;
+    }
+    if (!crop(all, lo, dims, part)) {
+        return false;
+    }
+    for (size_t n = 0; n < volume_voxels(part); ++n) {
+        part->data[n] = is_wanted(part->data[n], labels, count) ? part->data[n] : 0.0f;
+    }
+    return true;
+}
+
+/* The surface where the mask, smoothed by half its thickest voxel side, is one half: without the stairs of the voxels. */
+static bool mask_surface(const struct volume *labels, const char *name, struct shape_mesh *mesh)
+{
+    const float thickest = fmaxf(labels->spacing[0], fmaxf(labels->spacing[1], labels->spacing[2]));
+    const size_t voxels = volume_voxels(labels);
+    float *mask = malloc(voxels * sizeof *mask);
+    springls_context *ctx = NULL;
+    springls_mesh surface;
+    springls_desc desc;
+    memset(&surface, 0, sizeof surface);
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(labels->dims, labels->spacing, labels->origin, labels->direction[0]);
+    for (size_t n = 0; mask && n < voxels; ++n) {
+        mask[n] = labels->data[n] > 0.5f ? 1.0f : 0.0f;
+    }
+    if (!mask || !segment_blur(labels, sqrtf(2.0f) * thickest, mask)) {
+        free(mask);
+        return atlas_no_memory();
+    }
+    const bool made = springls_create(&desc, &ctx) == SPRINGLS_OK;
+    const bool good = (made || atlas_fail("%s: grids of this size are not supported", name))
+                   && atlas_check(ctx, springls_set_threshold(ctx, mask, 0.5f, 2.0f), name)
+                   && atlas_check(ctx, springls_extract_mesh(ctx, &surface), name)
+                   && atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, mesh);
+    if (made) {
+        springls_mesh_free(ctx, &surface);
+    }
+    springls_destroy(ctx);
+    free(mask);
+    return good;
+}
+
+int atlas_label_at(const struct volume *labels, const float place[3])
+{
+    float index[3];
+    int at[3];
+    volume_world_to_index(labels, place, index);
+    for (int a = 0; a < 3; ++a) {
+        at[a] = (int)floorf(index[a] + 0.5f);
+        if (at[a] < 0 || at[a] >= labels->dims[a]) {
+            return 0;
+        }
+    }
+    return (int)lrintf(
+        labels->data[(size_t)at[0] + (size_t)labels->dims[0] * ((size_t)at[1] + (size_t)labels->dims[1] * (size_t)at[2])]);
+}
+
+/* ---- mirror images ---- */
+
+static void mirror_volume(struct volume *volume, float about)
+{
+    for (int c = 0; c < 4; ++c) {
+        volume->affine[0][c] = c == 3 ? 2.0 * (double)about - volume->affine[0][3] : -volume->affine[0][c];
+    }
+    volume->origin[0] = 2.0f * about - volume->origin[0];
+    for (int c = 0; c < 3; ++c) {
+        volume->direction[0][c] = -volume->direction[0][c];
+    }
+}
+
+static void mirror_mesh(struct shape_mesh *mesh, float about)
+{
+    for (int v = 0; v < mesh->vertex_count; ++v) {
+        mesh->positions[3 * v] = 2.0f * about - mesh->positions[3 * v];
+    }
+    for (int t = 0; t < mesh->triangle_count; ++t) { /* outward stays outward */
+        const int second = mesh->triangles[3 * t + 1];
+        mesh->triangles[3 * t + 1] = mesh->triangles[3 * t + 2];
+        mesh->triangles[3 * t + 2] = second;
+    }
+}
+
+bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
+                         struct shape_mesh *mesh) {
+    struct volume all;
+    char error[VOLUME_TEXT];
+    if (!volume_read(path, 0, &all, error)) {
+        return atlas_fail("%s", error);
+    }
+    const bool good = crop_labels(&all, labels, count, name, part) && mask_surface(part, name, mesh);
+    volume_free(&all);
+    return good;
+}
+
+/* ---- subjects ---- */
+
+static const char *const mirror_prefix = "mirror:";
+
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t length = strlen(text), tail = strlen(end);
+    return length >= tail && strcmp(text + length - tail, end) == 0;
+}
+
+static bool is_mesh_name(const char *path)
+{
+    static const char *const ends[] = {".stl", ".ply", ".obj", ".off", ".glb", ".gltf"};
+    for (size_t e = 0; e < sizeof ends / sizeof *ends; ++e) {
+        if (ends_with(path, ends[e])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool read_mesh(const char *path, bool mirror, struct atlas_subject *subject)
+{
+    struct mesh mesh;
+    char error[MESH_TEXT];
+    if (!mesh_read(path, &mesh, error)) {
+        return atlas_fail("%s", error);
+    }
+    const bool good = atlas_mesh_copy(mesh.positions, (int)mesh.vertex_count, (const int *)(const void *)mesh.indices,
+                                      (int)mesh.triangle_count, &subject->mesh);
+    mesh_free(&mesh);
+    if (good && mirror) {
+        float lo = INFINITY, hi = -INFINITY;
+        for (int v = 0; v < subject->mesh.vertex_count; ++v) {
+            lo = fminf(lo, subject->mesh.positions[3 * v]);
+            hi = fmaxf(hi, subject->mesh.positions[3 * v]);
+        }
+        mirror_mesh(&subject->mesh, 0.5f * (lo + hi));
+    }
+    return good;
+}
+
+static bool is_file(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISREG(status.st_mode);
+}
+
+static bool read_image(const char *folder, const char *path, struct atlas_subject *subject)
+{
+    char image[4096], error[VOLUME_TEXT];
+    const char *slash = strrchr(path, '/');
+    snprintf(image, sizeof image, "%s/%s", folder, slash ? slash + 1 : path);
+    if (is_file(folder)) {
+        snprintf(image, sizeof image, "%s", folder);
+    }
+    return volume_read(image, 0, &subject->image, error) || atlas_fail("%s", error);
+}
+
+static bool read_label_map(const char *path, const int *labels, int count, const char *images, bool mirror,
+                           struct atlas_subject *subject)
+{
+    struct volume all;
+    char error[VOLUME_TEXT];
+    if (!volume_read(path, 0, &all, error)) {
+        return atlas_fail("%s", error);
+    }
+    const float middle_index[3] = {0.5f * (float)(all.dims[0] - 1), 0.5f * (float)(all.dims[1] - 1),
+                                   0.5f * (float)(all.dims[2] - 1)};
+    float middle[3];
+    volume_index_to_world(&all, middle_index, middle);
+    bool good = crop_labels(&all, labels, count, subject->name, &subject->labels)
+             && mask_surface(&subject->labels, subject->name, &subject->mesh)
+             && (!images || read_image(images, path, subject));
+    volume_free(&all);
+    if (good && mirror) {
+        mirror_volume(&subject->labels, middle[0]);
+        mirror_mesh(&subject->mesh, middle[0]);
+        if (subject->image.data) {
+            mirror_volume(&subject->image, middle[0]);
+        }
+    }
+    subject->oriented = true;
+    return good;
+}
+
+/* FOLDER/NAME.csv of .../NAME.anything: lines x,y,z. */
+static bool read_landmarks(const char *folder, const char *path, struct atlas_subject *subject)
+{
+    char name[4096], line[256];
+    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+    snprintf(name, sizeof name, "%s/%.*s.csv", folder, (int)strcspn(base, "."), base);
+    FILE *file = fopen(name, "r");
+    subject->landmarks = malloc(3 * ATLAS_MAX_LANDMARKS * sizeof *subject->landmarks);
+    bool good = file && subject->landmarks;
+    while (good && fgets(line, sizeof line, file)) {
+        float *x = subject->landmarks + 3 * subject->landmark_count;
+        char rest;
+        good = subject->landmark_count < ATLAS_MAX_LANDMARKS && sscanf(line, "%f,%f,%f %c", &x[0], &x[1], &x[2], &rest) == 3
+            && isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
+        subject->landmark_count += good;
+    }
+    if (file) {
+        fclose(file);
+    }
+    return (good && subject->landmark_count >= 3) || atlas_fail("%s: expected 3 to %d lines x,y,z", name, ATLAS_MAX_LANDMARKS);
+}
+
+bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject)
+{
+    char path[1024];
+    int labels[ATLAS_MAX_LABELS], count = 0;
+    memset(subject, 0, sizeof *subject);
+    subject->name = name;
+    if (strncmp(name, mirror_prefix, strlen(mirror_prefix)) == 0) {
+        name += strlen(mirror_prefix);
+        mirror = !mirror;
+    }
+    const char *colon = strrchr(name, ':');
+    const size_t length = colon ? (size_t)(colon - name) : strlen(name);
+    if (length >= sizeof path || (colon && (count = atlas_read_labels(colon + 1, labels)) < 0)) {
+        return atlas_fail("%s: expected FILE or FILE:LABEL[+LABEL..]", name);
+    }
+    memcpy(path, name, length);
+    path[length] = '\0';
+    const bool is_mesh = is_mesh_name(path);
+    if (is_mesh && colon) {
+        return atlas_fail("%s: a mesh has no labels", name);
+    }
+    const bool good = is_mesh ? read_mesh(path, mirror, subject) : read_label_map(path, labels, count, images, mirror, subject);
+    const struct shape_mesh *mesh = &subject->mesh;
+    return good && (!landmarks || read_landmarks(landmarks, path, subject)) &&
+           (target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count,
+                          &subject->target) ||
+            atlas_fail("%s: no triangle has an area, or memory is short", name));
+}
+
+void atlas_subject_free(struct atlas_subject *subject)
+{
+    target_free(&subject->target);
+    atlas_mesh_free(&subject->mesh);
+    volume_free(&subject->labels);
+    volume_free(&subject->image);
+    free(subject->landmarks);
+    free(subject->shape);
+    memset(subject, 0, sizeof *subject);
+}

@@ -1,0 +1,162 @@
+/* affine.h - the few rigid and affine maps that characters need: 3x4 matrices, and translation, rotation, scale. */
+#ifndef EXAMPLES_BASE_AFFINE_H
+#define EXAMPLES_BASE_AFFINE_H
+
+#include <math.h>
+
+/* x -> A x + b; row-major [A b]. */
+struct affine {
+    double m[12];
+};
+
+/* Applied as translation * rotation * scale; the rotation is a unit quaternion w, x, y, z. */
+struct placement {
+    double translation[3], rotation[4], scale[3];
+};
+
+static inline struct affine affine_identity(void)
+{
+    const struct affine one = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    return one;
+}
+
+/* a o b */
+static inline struct affine affine_after(const struct affine *a, const struct affine *b)
+{
+    struct affine c;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 4; ++j) {
+            c.m[4 * i + j] = a->m[4 * i] * b->m[j] + a->m[4 * i + 1] * b->m[4 + j] + a->m[4 * i + 2] * b->m[8 + j]
+                             + (j == 3 ? a->m[4 * i + 3] : 0.0);
+        }
+    }
+    return c;
+}
+
+static inline double affine_determinant(const struct affine *a)
+{
+    const double *m = a->m;
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+/* Cofactors over the determinant, which must not be 0. */
+static inline struct affine affine_inverse(const struct affine *a)
+{
+    const double *m = a->m, d = 1.0 / affine_determinant(a);
+    struct affine r = {{d * (m[5] * m[10] - m[6] * m[9]), d * (m[2] * m[9] - m[1] * m[10]), d * (m[1] * m[6] - m[2] * m[5]), 0,
+                        d * (m[6] * m[8] - m[4] * m[10]), d * (m[0] * m[10] - m[2] * m[8]), d * (m[2] * m[4] - m[0] * m[6]), 0,
+                        d * (m[4] * m[9] - m[5] * m[8]), d * (m[1] * m[8] - m[0] * m[9]), d * (m[0] * m[5] - m[1] * m[4]), 0}};
+    for (int i = 0; i < 3; ++i) {
+        r.m[4 * i + 3] = -(r.m[4 * i] * m[3] + r.m[4 * i + 1] * m[7] + r.m[4 * i + 2] * m[11]);
+    }
+    return r;
+}
+
+static inline void affine_apply(const struct affine *a, const float in[3], float out[3])
+{
+    const double x = (double)in[0], y = (double)in[1], z = (double)in[2];
+    for (int i = 0; i < 3; ++i) {
+        const double *row = a->m + 4 * i;
+        out[i] = (float)(row[0] * x + row[1] * y + row[2] * z + row[3]);
+    }
+}
+
+static inline void affine_add(struct affine *sum, double weight, const struct affine *a)
+{
+    for (int i = 0; i < 12; ++i) {
+        sum->m[i] += weight * a->m[i];
+    }
+}
+
+static inline struct placement placement_identity(void)
+{
+    const struct placement one = {{0, 0, 0}, {1, 0, 0, 0}, {1, 1, 1}};
+    return one;
+}
+
+static inline struct affine placement_matrix(const struct placement *p)
+{
+    const double w = p->rotation[0], x = p->rotation[1], y = p->rotation[2], z = p->rotation[3];
+    const double r[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                         2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                         2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+    struct affine a;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            a.m[4 * i + j] = r[3 * i + j] * p->scale[j];
+        }
+        a.m[4 * i + 3] = p->translation[i];
+    }
+    return a;
+}
+
+/* Of a rotation matrix, row-major (Shepperd 1978: the largest component first). */
+static inline void rotation_quaternion(const double r[9], double q[4])
+{
+    const double trace = r[0] + r[4] + r[8];
+    const double square[4] = {trace, 2 * r[0] - trace, 2 * r[4] - trace, 2 * r[8] - trace};
+    int k = 0;
+    for (int i = 1; i < 4; ++i) {
+        k = square[i] > square[k] ? i : k;
+    }
+    const double big = sqrt(1 + square[k]), s = 0.5 / big;
+    q[k] = 0.5 * big;
+    if (k == 0) {
+        q[1] = s * (r[7] - r[5]), q[2] = s * (r[2] - r[6]), q[3] = s * (r[3] - r[1]);
+    } else if (k == 1) {
+        q[0] = s * (r[7] - r[5]), q[2] = s * (r[1] + r[3]), q[3] = s * (r[2] + r[6]);
+    } else if (k == 2) {
+        q[0] = s * (r[2] - r[6]), q[1] = s * (r[1] + r[3]), q[3] = s * (r[5] + r[7]);
+    } else {
+        q[0] = s * (r[3] - r[1]), q[1] = s * (r[2] + r[6]), q[2] = s * (r[5] + r[7]);
+    }
+}
+
+/* Of a matrix without shear; a mirrored one has its first axis negative. */
+static inline struct placement placement_of(const struct affine *a)
+{
+    struct placement p;
+    double r[9];
+    for (int j = 0; j < 3; ++j) {
+        p.scale[j] = sqrt(a->m[j] * a->m[j] + a->m[4 + j] * a->m[4 + j] + a->m[8 + j] * a->m[8 + j]);
+        p.scale[j] *= j == 0 && affine_determinant(a) < 0.0 ? -1.0 : 1.0;
+        for (int i = 0; i < 3; ++i) {
+            r[3 * i + j] = p.scale[j] != 0.0 ? a->m[4 * i + j] / p.scale[j] : i == j ? 1.0 : 0.0;
+        }
+        p.translation[j] = a->m[4 * j + 3];
+    }
+    rotation_quaternion(r, p.rotation);
+    return p;
+}
+
+/* Shortest way from a to b on the sphere of unit quaternions (Shoemake 1985); result of length 1, may be a or b. */
+static inline void quaternion_slerp(const double a[4], const double b[4], double t, double result[4])
+{
+    double cosine = 0.0, out[4], length = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        cosine += a[i] * b[i];
+    }
+    const double sign = cosine < 0.0 ? -1.0 : 1.0, angle = acos(fmin(1.0, fabs(cosine)));
+    const double s = angle > 1e-4 ? sin((1.0 - t) * angle) / sin(angle) : 1.0 - t;
+    const double u = sign * (angle > 1e-4 ? sin(t * angle) / sin(angle) : t);
+    for (int i = 0; i < 4; ++i) {
+        out[i] = s * a[i] + u * b[i];
+        length += out[i] * out[i];
+    }
+    for (int i = 0; i < 4; ++i) {
+        result[i] = length > 0.0 ? out[i] / sqrt(length) : i == 0 ? 1.0 : 0.0;
+    }
+}
+
+static inline struct placement placement_between(const struct placement *a, const struct placement *b, double t)
+{
+    struct placement p;
+    for (int i = 0; i < 3; ++i) {
+        p.translation[i] = a->translation[i] + t * (b->translation[i] - a->translation[i]);
+        p.scale[i] = a->scale[i] + t * (b->scale[i] - a->scale[i]);
+    }
+    quaternion_slerp(a->rotation, b->rotation, t, p.rotation);
+    return p;
+}
+
+#endif

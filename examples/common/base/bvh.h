@@ -1,0 +1,44 @@
+/* bvh.h - bounding volume hierarchy over triangles: nearest ray hit, any ray hit, closest point.
+ *
+ * Built once for a mesh (indices) or a soup (no indices: corners 3t, 3t+1, 3t+2); copies the corners, so the input may go.
+ * Queries are read-only: any number of threads may ask at once. */
+#ifndef EXAMPLES_BASE_BVH_H
+#define EXAMPLES_BASE_BVH_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { BVH_STACK_SIZE = 128 }; /* deepest tree that bvh_build makes, and some */
+
+struct bvh_node {
+    float lo[3], hi[3];
+    uint32_t first; /* leaf: first triangle; inner: left child, the right one follows it */
+    uint32_t count; /* 0 = inner */
+};
+
+struct bvh {
+    struct bvh_node *nodes;
+    float *corners;      /* 9 floats a triangle, in leaf order */
+    uint32_t *triangles; /* leaf order -> triangle number */
+    uint32_t node_count, triangle_count;
+};
+
+struct bvh_hit {
+    float t;           /* ray parameter (distance when the direction has length 1) */
+    float u, v;        /* barycentric weights of corners 1 and 2 */
+    uint32_t triangle; /* number in the input */
+};
+
+/* Triangles with a coordinate that is not finite are left out. False: nothing left, or memory is short. */
+bool bvh_build(struct bvh *bvh, const float *positions, const uint32_t *indices, size_t triangle_count);
+void bvh_free(struct bvh *bvh);
+
+bool bvh_nearest_hit(const struct bvh *bvh, const float origin[3], const float direction[3], float t_min, float t_max,
+                     struct bvh_hit *hit);
+bool bvh_any_hit(const struct bvh *bvh, const float origin[3], const float direction[3], float t_min, float t_max);
+
+/* Distance from `point` to the nearest triangle (exact: faces, edges and corners); `closest` and `triangle` may be NULL. */
+float bvh_distance(const struct bvh *bvh, const float point[3], float closest[3], uint32_t *triangle);
+
+#endif

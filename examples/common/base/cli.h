@@ -1,0 +1,98 @@
+/* cli.h - command lines of the example programs, described by a table.
+ *
+ *   struct cli_common common = cli_common_defaults();
+ *   double period = 3.0;
+ *   const struct cli_option options[] = {
+ *       {.name = "period", .type = CLI_DOUBLE, .destination = &period, .value = "T",
+ *        .help = "period of the flow", .minimum = 0.01, .maximum = 100.0},
+ *   };
+ *   const struct cli_program program = {.name = "leveque", .summary = "...", .common = &common,
+ *                                       .options = options, .option_count = 1};
+ *   int status = cli_parse(&program, argc, argv);
+ *   if (status != CLI_CONTINUE) return status;
+ *
+ * Accepted: `--name value`, `--name=value`, flags without a value, `--` (everything after it is positional). Numbers
+ * must be the whole token, finite and in range. A value may begin with '-' (negative numbers, "-" for stdout). */
+#ifndef EXAMPLES_BASE_CLI_H
+#define EXAMPLES_BASE_CLI_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+
+enum cli_type {
+    CLI_FLAG,   /* bool *          no value: sets true */
+    CLI_INT,    /* int *           decimal integer */
+    CLI_FLOAT,  /* float * */
+    CLI_DOUBLE, /* double * */
+    CLI_FLOAT3, /* float[3]        "x,y,z" in one token; the range holds for each */
+    CLI_STRING, /* const char **   points into argv; an empty string is refused */
+    CLI_CHOICE  /* const char **   one of `choices`, "a|b|c"; points into argv */
+};
+
+struct cli_option {
+    const char *name; /* without the two dashes */
+    enum cli_type type;
+    void *destination; /* as listed above; the value it holds at the start is the default shown by --help */
+    const char *value; /* placeholder in the help text, for example "N"; may be NULL */
+    const char *help;  /* one line */
+    double minimum;    /* the range counts only where minimum < maximum */
+    double maximum;
+    const char *choices; /* CLI_CHOICE only */
+};
+
+struct cli_positional {
+    const char *name; /* shown in the usage line */
+    const char **destination;
+    const char *help;
+    bool required; /* required ones come first */
+};
+
+/* The flags that every program has. */
+struct cli_common {
+    int grid;            /* --grid N: cells along the longest side; 0 = the program's choice */
+    const char *params;  /* --params paper|default */
+    const char *backend; /* --backend scalar|opencl */
+    int threads;         /* --threads K; 0 = as many as the machine offers */
+    const char *json;    /* --json FILE, "-" = standard output; NULL = none */
+    const char *out;     /* --out DIR for pictures and meshes; NULL = none */
+    bool quiet;          /* --quiet */
+};
+
+struct cli_program {
+    const char *name;
+    const char *summary;
+    struct cli_common *common; /* NULL = no common flags but --help */
+    const struct cli_option *options;
+    int option_count;
+    const struct cli_positional *positionals;
+    int positional_count;
+    int *repeated;     /* not NULL: the last positional may be given `max_repeated` times, its destination is an array */
+    int max_repeated; /* of that size, and *repeated, 0 at the start, becomes the number given */
+};
+
+enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };
+
+struct cli_common cli_common_defaults(void);
+
+/* CLI_CONTINUE, or the status that main should return: CLI_EXIT_OK after --help (usage on stdout), CLI_EXIT_USAGE after
+ * one line on stderr. Destinations may be partly written when it fails. */
+int cli_parse(const struct cli_program *program, int argc, char **argv);
+
+/* Prints "name: message" as one line on stderr and returns `status`, so that main can `return cli_fail(...)`. */
+int cli_fail(const char *name, int status, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 3, 4)))
+#endif
+    ;
+
+/* The same with CLI_EXIT_FAILURE for wrappers that know the program's name: false, so that they can be returned. */
+bool cli_failed(const char *name, const char *format, va_list arguments);
+
+/* May the program print on standard output: no --quiet, no --json there? */
+bool cli_may_print(const struct cli_common *common);
+
+/* Strict readers, also useful on their own: the whole text, finite, no blanks. */
+bool cli_read_double(const char *text, double *value);
+bool cli_read_int(const char *text, int *value);
+
+#endif

@@ -1,0 +1,54 @@
+/* vec3.h - the few three-vector helpers that the example helpers share. */
+#ifndef EXAMPLES_BASE_VEC3_H
+#define EXAMPLES_BASE_VEC3_H
+
+#include <math.h>
+
+static inline float vec3_dot(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static inline float vec3_length(const float a[3]) { return sqrtf(vec3_dot(a, a)); }
+
+static inline void vec3_sub(const float a[3], const float b[3], float out[3])
+{
+    for (int i = 0; i < 3; ++i) {
+        out[i] = a[i] - b[i];
+    }
+}
+
+/* a + s * b */
+static inline void vec3_add_scaled(const float a[3], float s, const float b[3], float out[3])
+{
+    for (int i = 0; i < 3; ++i) {
+        out[i] = a[i] + s * b[i];
+    }
+}
+
+static inline void vec3_cross(const float a[3], const float b[3], float out[3])
+{
+    const float x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
+    out[0] = x;
+    out[1] = y;
+    out[2] = z;
+}
+
+/* Scales to length 1; a vector of no length becomes (0, 0, 1). Returns the old length. */
+static inline float vec3_normalize(float a[3])
+{
+    const float length = vec3_length(a);
+    for (int i = 0; i < 3; ++i) {
+        a[i] = length > 0.0f ? a[i] / length : i == 2 ? 1.0f : 0.0f;
+    }
+    return length;
+}
+
+/* Normal of length 1 of a triangle given by nine floats; returns its area. */
+static inline float vec3_triangle_normal(const float c[9], float normal[3])
+{
+    float a[3], b[3];
+    vec3_sub(c + 3, c, a);
+    vec3_sub(c + 6, c, b);
+    vec3_cross(a, b, normal);
+    return 0.5f * vec3_normalize(normal);
+}
+
+#endif

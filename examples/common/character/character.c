@@ -1,0 +1,204 @@
+/* character.c - poses of a character, and what its vertices weigh. */
+#include "character/character.h"
+
+#include "base/cli.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void free_keys(struct keys *keys)
+{
+    free(keys->times);
+    free(keys->values);
+}
+
+void character_free(struct character *character)
+{
+    for (int a = 0; a < character->animation_count; ++a) {
+        struct animation *animation = &character->animations[a];
+        for (int c = 0; c < animation->channel_count; ++c) {
+            free_keys(&animation->channels[c].translation);
+            free_keys(&animation->channels[c].rotation);
+            free_keys(&animation->channels[c].scale);
+        }
+        free(animation->channels);
+    }
+    for (int i = 0; i < character->image_count; ++i) {
+        image_free(&character->images[i]);
+    }
+    free(character->joints);
+    free(character->positions);
+    free(character->uvs);
+    free(character->colors);
+    free(character->influences);
+    free(character->triangles);
+    free(character->images_of);
+    free(character->images);
+    free(character->animations);
+    free(character->props);
+    memset(character, 0, sizeof *character);
+}
+
+int character_animation(const struct character *character, const char *name)
+{
+    int number = -1;
+    for (int a = 0; name && a < character->animation_count; ++a) {
+        if (strcmp(character->animations[a].name, name) == 0) {
+            return a;
+        }
+    }
+    if (!name) {
+        return character->animation_count > 0 ? 0 : -1;
+    }
+    return cli_read_int(name, &number) && number >= 0 && number < character->animation_count ? number : -1;
+}
+
+int character_joint(const struct character *character, const char *name)
+{
+    for (int j = 0; j < character->joint_count; ++j) {
+        if (strcmp(character->joints[j].name, name) == 0) {
+            return j;
+        }
+    }
+    return -1;
+}
+
+/* ---- poses ---- */
+
+/* Number of the last key that is not after `time`, and how far it is to the next one, 0..1. */
+static int find_key(const struct keys *keys, double time, double *fraction)
+{
+    int low = 0, high = keys->count - 1;
+    *fraction = 0.0;
+    while (low < high) {
+        const int middle = (low + high + 1) / 2;
+        if (keys->times[middle] <= time) {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    if (low + 1 < keys->count && time > keys->times[low]) {
+        *fraction = (time - keys->times[low]) / (keys->times[low + 1] - keys->times[low]);
+    }
+    return low;
+}
+
+static void sample_vector(const struct keys *keys, double time, double out[3])
+{
+    double fraction;
+    if (keys->count == 0) {
+        return;
+    }
+    const double *a = keys->values + 3 * find_key(keys, time, &fraction), *b = fraction > 0.0 ? a + 3 : a;
+    for (int i = 0; i < 3; ++i) {
+        out[i] = a[i] + fraction * (b[i] - a[i]);
+    }
+}
+
+static void sample_rotation(const struct keys *keys, double time, double out[4])
+{
+    double fraction;
+    if (keys->count == 0) {
+        return;
+    }
+    const double *a = keys->values + 4 * find_key(keys, time, &fraction), *b = fraction > 0.0 ? a + 4 : a;
+    quaternion_slerp(a, b, fraction, out);
+}
+
+static struct placement animated(const struct character *character, const struct animation *animation, int joint, double time)
+{
+    struct placement p = character->joints[joint].rest;
+    for (int c = 0; animation && c < animation->channel_count; ++c) {
+        const struct channel *channel = &animation->channels[c];
+        if (channel->joint == joint) {
+            sample_vector(&channel->translation, time, p.translation);
+            sample_rotation(&channel->rotation, time, p.rotation);
+            sample_vector(&channel->scale, time, p.scale);
+        }
+    }
+    return p;
+}
+
+static struct affine local_neutral(const struct character *character, int joint)
+{
+    const struct joint *j = &character->joints[joint];
+    if (j->parent < 0) {
+        return j->neutral;
+    }
+    const struct affine up = affine_inverse(&character->joints[j->parent].neutral);
+    return affine_after(&up, &j->neutral);
+}
+
+void character_pose(const struct character *character, int animation, double time, double blend, struct affine *skin,
+                    struct affine *places)
+{
+    const struct animation *moving = animation >= 0 ? &character->animations[animation] : NULL;
+    const double loop = moving && moving->duration > 0.0 ? fmod(time, moving->duration) : 0.0;
+    for (int j = 0; j < character->joint_count; ++j) {
+        struct affine local = local_neutral(character, j);
+        if (moving && blend > 0.0) {
+            const struct placement still = placement_of(&local), there = animated(character, moving, j, loop);
+            const struct placement p = blend < 1.0 ? placement_between(&still, &there, blend) : there;
+            local = placement_matrix(&p);
+        }
+        const int parent = character->joints[j].parent;
+        const struct affine back = affine_inverse(&character->joints[j].neutral);
+        places[j] = parent >= 0 ? affine_after(&places[parent], &local) : local;
+        skin[j] = affine_after(&places[j], &back);
+    }
+}
+
+struct affine influences_blend(const struct influences *influences, const struct affine *skin)
+{
+    struct affine blend = {{0}};
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        if (influences->weight[k] > 0.0f) {
+            affine_add(&blend, (double)influences->weight[k], &skin[influences->joint[k]]);
+        }
+    }
+    return blend;
+}
+
+void character_skin(const struct character *character, const struct affine *skin, float *positions)
+{
+    for (int v = 0; v < character->vertex_count; ++v) {
+        const struct affine blend = influences_blend(&character->influences[v], skin);
+        affine_apply(&blend, character->positions + 3 * v, positions + 3 * v);
+    }
+}
+
+/* ---- weights ---- */
+
+void influences_add(struct influences *influences, int joint, float weight)
+{
+    int minimum = 0;
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        if (influences->weight[k] > 0.0f && influences->joint[k] == joint) {
+            influences->weight[k] += weight;
+            return;
+        }
+        minimum = influences->weight[k] < influences->weight[minimum] ? k : minimum;
+    }
+    if (weight > influences->weight[minimum]) {
+        influences->joint[minimum] = joint;
+        influences->weight[minimum] = weight;
+    }
+}
+
+float influences_normalize(struct influences *influences, int otherwise)
+{
+    float sum = 0.0f;
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        sum += influences->weight[k];
+    }
+    if (!(sum > 0.0f)) {
+        influences->joint[0] = otherwise;
+        influences->weight[0] = 1.0f;
+        return 0.0f;
+    }
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        influences->weight[k] /= sum;
+    }
+    return sum;
+}

@@ -1,0 +1,504 @@
+/* character_read.c - a character from a file, through assimp.
+ *
+ * Parts may be bound in spaces of their own (inverse bind matrices of several skins); the first part that has a joint says where
+ * that joint is in the neutral pose, and all vertices are brought there. */
+#include "character/character.h"
+
+#include "surface/mesh_io.h"
+
+#include <assimp/cimport.h>
+#include <assimp/config.h>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_JOINTS = 4096 };
+
+/* One text for both. */
+typedef char same_length[CHARACTER_TEXT == (int)MESH_TEXT ? 1 : -1];
+
+struct reader {
+    const char *path;
+    const struct aiScene *scene;
+    struct character *character;
+    const struct aiNode **nodes; /* a joint's node */
+    struct affine *rest;         /* a joint's place when nothing moves it */
+    bool *bound;                 /* a joint whose neutral place a part has told */
+    char *error;
+};
+
+static bool fail(struct reader *r, const char *format, ...)
+{
+    const size_t length = strlen(r->path);
+    const int used = snprintf(r->error, CHARACTER_TEXT, "%s%s: ", length > 100 ? "..." : "",
+                              length > 100 ? r->path + length - 97 : r->path);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(r->error + used, CHARACTER_TEXT - (size_t)used, format, arguments);
+    va_end(arguments);
+    for (char *c = r->error; *c; ++c) { /* assimp's own texts may hold line ends */
+        *c = *c == '\n' || *c == '\r' ? ' ' : *c;
+    }
+    return false;
+}
+
+static bool no_memory(struct reader *r) { return fail(r, "not enough memory"); }
+
+static struct affine from_assimp(const struct aiMatrix4x4 *m)
+{
+    const struct affine a = {{(double)m->a1, (double)m->a2, (double)m->a3, (double)m->a4, (double)m->b1, (double)m->b2,
+                              (double)m->b3, (double)m->b4, (double)m->c1, (double)m->c2, (double)m->c3, (double)m->c4}};
+    return a;
+}
+
+/* Finite, and can be inverted. */
+static bool usable(const struct affine *a)
+{
+    const double d = affine_determinant(a);
+    bool good = isfinite(d) && fabs(d) > 1e-30;
+    for (int i = 0; i < 12; ++i) {
+        good = good && isfinite(a->m[i]);
+    }
+    return good;
+}
+
+/* ---- skeleton: every node of the file ---- */
+
+static int count_nodes(const struct aiNode *node, int depth)
+{
+    int count = 1;
+    for (unsigned i = 0; depth < 512 && i < node->mNumChildren; ++i) {
+        count += count_nodes(node->mChildren[i], depth + 1);
+        if (count > MAX_JOINTS) {
+            return count;
+        }
+    }
+    return depth < 512 ? count : MAX_JOINTS + 1;
+}
+
+static bool add_nodes(struct reader *r, const struct aiNode *node, int parent)
+{
+    struct character *c = r->character;
+    const int number = c->joint_count++;
+    struct joint *joint = &c->joints[number];
+    const struct affine local = from_assimp(&node->mTransformation);
+    if (!usable(&local)) {
+        return fail(r, "node %.60s: its matrix is not finite or flattens", node->mName.data);
+    }
+    snprintf(joint->name, sizeof joint->name, "%.*s", CHARACTER_NAME - 1, node->mName.data);
+    joint->parent = parent;
+    joint->rest = placement_of(&local);
+    r->nodes[number] = node;
+    r->rest[number] = parent >= 0 ? affine_after(&r->rest[parent], &local) : local;
+    bool good = true;
+    for (unsigned i = 0; good && i < node->mNumChildren; ++i) {
+        good = add_nodes(r, node->mChildren[i], number);
+    }
+    return good;
+}
+
+/* Bones and the nodes of the parts may share names: a node without parts comes first. */
+static int find_joint(const struct reader *r, const char *name)
+{
+    int found = -1;
+    for (int j = 0; j < r->character->joint_count; ++j) {
+        if (strcmp(r->nodes[j]->mName.data, name) == 0) {
+            if (r->nodes[j]->mNumMeshes == 0) {
+                return j;
+            }
+            found = found < 0 ? j : found;
+        }
+    }
+    return found;
+}
+
+/* Neutral places: of bones by their parts; of all others along the hierarchy. The whole is turned and scaled so that the first
+ * bone is where it rests. */
+static bool bind_joints(struct reader *r)
+{
+    struct character *c = r->character;
+    struct affine to_world = affine_identity();
+    bool found = false;
+    for (unsigned m = 0; m < r->scene->mNumMeshes; ++m) {
+        for (unsigned b = 0; b < r->scene->mMeshes[m]->mNumBones; ++b) {
+            const struct aiBone *bone = r->scene->mMeshes[m]->mBones[b];
+            const struct affine offset = from_assimp(&bone->mOffsetMatrix);
+            const int j = find_joint(r, bone->mName.data);
+            if (j < 0) {
+                return fail(r, "bone %.60s has no node", bone->mName.data);
+            }
+            if (!usable(&offset)) {
+                return fail(r, "bone %.60s: its inverse bind matrix is not finite or flattens", bone->mName.data);
+            }
+            if (!r->bound[j]) {
+                r->bound[j] = true;
+                c->joints[j].neutral = affine_inverse(&offset);
+            }
+        }
+    }
+    for (int j = 0; !found && j < c->joint_count; ++j) {
+        if (r->bound[j]) {
+            const struct affine back = affine_inverse(&c->joints[j].neutral);
+            to_world = affine_after(&r->rest[j], &back);
+            found = true;
+        }
+    }
+    for (int j = 0; j < c->joint_count; ++j) {
+        struct joint *joint = &c->joints[j];
+        if (r->bound[j]) {
+            joint->neutral = affine_after(&to_world, &joint->neutral);
+            continue;
+        }
+        joint->neutral = r->rest[j];
+        for (int up = joint->parent; up >= 0; up = c->joints[up].parent) {
+            if (r->bound[up]) { /* below a bone */
+                const struct affine local = placement_matrix(&joint->rest);
+                joint->neutral = affine_after(&c->joints[joint->parent].neutral, &local);
+                break;
+            }
+        }
+    }
+    return true;
+}
+
+/* ---- colours ---- */
+
+static float display_value(float linear) { return powf(fmaxf(0.0f, fminf(1.0f, linear)), 1.0f / 2.2f); }
+
+/* Beside the character's own file. */
+static bool load_image(struct reader *r, const char *name, struct image *image)
+{
+    const char *slash = strrchr(r->path, '/');
+    const size_t folder = slash ? (size_t)(slash - r->path + 1) : 0, length = folder + strlen(name) + 1;
+    char *path = malloc(length);
+    if (!path) {
+        return false;
+    }
+    memcpy(path, r->path, folder);
+    memcpy(path + folder, name, length - folder);
+    const bool good = image_read_file(path, image);
+    free(path);
+    return good;
+}
+
+/* A material's colour, and the number of its image or -1: one that cannot be read is passed over. */
+static int read_material(struct reader *r, unsigned number, float color[3])
+{
+    struct character *c = r->character;
+    const struct aiMaterial *material = r->scene->mMaterials[number];
+    struct aiColor4D base = {1.0f, 1.0f, 1.0f, 1.0f};
+    struct aiString name;
+    if (aiGetMaterialColor(material, AI_MATKEY_BASE_COLOR, &base) != aiReturn_SUCCESS) {
+        aiGetMaterialColor(material, AI_MATKEY_COLOR_DIFFUSE, &base);
+    }
+    color[0] = display_value(base.r), color[1] = display_value(base.g), color[2] = display_value(base.b);
+    if (aiGetMaterialTexture(material, aiTextureType_BASE_COLOR, 0, &name, NULL, NULL, NULL, NULL, NULL, NULL) != aiReturn_SUCCESS
+        && aiGetMaterialTexture(material, aiTextureType_DIFFUSE, 0, &name, NULL, NULL, NULL, NULL, NULL, NULL)
+               != aiReturn_SUCCESS) {
+        return -1;
+    }
+    struct image *image = &c->images[number];
+    if (image->rgb) {
+        return (int)number;
+    }
+    if (name.data[0] != '*') {
+        return load_image(r, name.data, image) ? (int)number : -1;
+    }
+    const long texture = strtol(name.data + 1, NULL, 10);
+    if (texture < 0 || (unsigned long)texture >= r->scene->mNumTextures) {
+        return -1;
+    }
+    const struct aiTexture *t = r->scene->mTextures[texture];
+    return t->mHeight == 0 && image_read((const unsigned char *)t->pcData, t->mWidth, image) ? (int)number : -1;
+}
+
+/* ---- parts ---- */
+
+static bool finite3(const float v[3]) { return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]); }
+
+static bool read_weights(struct reader *r, const struct aiMesh *part, int first)
+{
+    struct character *c = r->character;
+    for (unsigned b = 0; b < part->mNumBones; ++b) {
+        const struct aiBone *bone = part->mBones[b];
+        const int j = find_joint(r, bone->mName.data);
+        for (unsigned w = 0; w < bone->mNumWeights; ++w) {
+            const struct aiVertexWeight *weight = &bone->mWeights[w];
+            if (weight->mVertexId >= part->mNumVertices || !isfinite(weight->mWeight) || weight->mWeight < 0.0f) {
+                return fail(r, "bone %.60s: a weight that is negative or not finite, or vertex %u of %u", bone->mName.data,
+                            weight->mVertexId, part->mNumVertices);
+            }
+            influences_add(&c->influences[first + (int)weight->mVertexId], j, weight->mWeight);
+        }
+    }
+    return true;
+}
+
+/* From the part's own space into the neutral pose: by its bones, each from where this part has it to where all have it. */
+static bool bring_vertices(struct reader *r, const struct aiMesh *part, int node, int first)
+{
+    struct character *c = r->character;
+    struct affine *bring = malloc((size_t)c->joint_count * sizeof *bring);
+    if (!bring) {
+        return no_memory(r);
+    }
+    for (int j = 0; j < c->joint_count; ++j) {
+        bring[j] = c->joints[j].neutral; /* what has no bones stands in its node's space */
+    }
+    for (unsigned b = 0; b < part->mNumBones; ++b) {
+        const int j = find_joint(r, part->mBones[b]->mName.data);
+        const struct affine offset = from_assimp(&part->mBones[b]->mOffsetMatrix);
+        bring[j] = affine_after(&c->joints[j].neutral, &offset);
+    }
+    int root = node;
+    for (unsigned b = 0; b < part->mNumBones; ++b) {
+        const int j = find_joint(r, part->mBones[b]->mName.data);
+        root = b == 0 || j < root ? j : root;
+    }
+    bool good = true;
+    for (int v = first; good && v < c->vertex_count; ++v) {
+        const float sum = influences_normalize(&c->influences[v], root);
+        c->unnormal += part->mNumBones > 0 && sum > 0.0f && fabsf(sum - 1.0f) > 0.01f;
+        c->unweighted += part->mNumBones > 0 && !(sum > 0.0f);
+        const struct affine blend = influences_blend(&c->influences[v], bring);
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            c->joints[c->influences[v].joint[k]].bone |= c->influences[v].weight[k] > 0.0f;
+        }
+        affine_apply(&blend, c->positions + 3 * v, c->positions + 3 * v);
+        good = finite3(c->positions + 3 * v) || fail(r, "a vertex is not finite");
+    }
+    free(bring);
+    return good;
+}
+
+static bool add_part(struct reader *r, int node, unsigned number)
+{
+    struct character *c = r->character;
+    const struct aiMesh *part = r->scene->mMeshes[number];
+    const int first = c->vertex_count, first_triangle = c->triangle_count;
+    float color[3] = {1.0f, 1.0f, 1.0f};
+    const int image = part->mMaterialIndex < r->scene->mNumMaterials ? read_material(r, part->mMaterialIndex, color) : -1;
+    for (unsigned v = 0; v < part->mNumVertices; ++v) {
+        const size_t at = (size_t)c->vertex_count++;
+        const struct aiVector3D *p = &part->mVertices[v], *uv = part->mTextureCoords[0] ? &part->mTextureCoords[0][v] : NULL;
+        const struct aiColor4D *k = part->mColors[0] ? &part->mColors[0][v] : NULL;
+        const float factor[3] = {k ? display_value(k->r) : 1.0f, k ? display_value(k->g) : 1.0f, k ? display_value(k->b) : 1.0f};
+        c->positions[3 * at] = p->x, c->positions[3 * at + 1] = p->y, c->positions[3 * at + 2] = p->z;
+        c->uvs[2 * at] = uv && isfinite(uv->x) ? uv->x : 0.0f;
+        c->uvs[2 * at + 1] = uv && isfinite(uv->y) ? 1.0f - uv->y : 0.0f; /* assimp turns glTF's v round */
+        for (size_t i = 0; i < 3; ++i) {
+            c->colors[3 * at + i] = color[i] * (isfinite(factor[i]) ? factor[i] : 1.0f);
+        }
+        memset(&c->influences[at], 0, sizeof c->influences[at]);
+        if (!finite3(c->positions + 3 * at)) {
+            return fail(r, "a vertex is not finite");
+        }
+    }
+    for (unsigned f = 0; f < part->mNumFaces; ++f) {
+        const struct aiFace *face = &part->mFaces[f];
+        for (unsigned k = 0; k < face->mNumIndices; ++k) {
+            if (face->mIndices[k] >= part->mNumVertices) {
+                return fail(r, "a face names vertex %u of %u", face->mIndices[k], part->mNumVertices);
+            }
+        }
+        for (unsigned k = 0; face->mNumIndices == 3 && k < 3; ++k) {
+            c->triangles[3 * c->triangle_count + (int)k] = first + (int)face->mIndices[k];
+        }
+        if (face->mNumIndices == 3) {
+            c->images_of[c->triangle_count++] = part->mTextureCoords[0] ? image : -1;
+        }
+    }
+    c->part_count += c->triangle_count > first_triangle;
+    return read_weights(r, part, first) && bring_vertices(r, part, node, first);
+}
+
+/* Does the name hold one of the words, whatever their case? */
+static bool named(const char *name, const char *words)
+{
+    while (*words) {
+        const size_t length = strcspn(words, ",");
+        for (const char *at = name; length > 0 && *at; ++at) {
+            size_t k = 0;
+            while (k < length && tolower((unsigned char)at[k]) == tolower((unsigned char)words[k])) {
+                ++k;
+            }
+            if (k == length) {
+                return true;
+            }
+        }
+        words += length + (words[length] == ',');
+    }
+    return false;
+}
+
+/* Skinned parts, and rigid ones if they are asked for or if there is nothing else. */
+static bool wanted(struct reader *r, int node, unsigned part, const char *props)
+{
+    return r->scene->mMeshes[part]->mNumBones > 0 || !r->character->skinned
+           || (props && (strcmp(props, "all") == 0 || named(r->character->joints[node].name, props)));
+}
+
+static bool read_parts(struct reader *r, const char *props)
+{
+    struct character *c = r->character;
+    size_t vertices = 0, triangles = 0, rigid = 0;
+    for (unsigned m = 0; m < r->scene->mNumMeshes; ++m) {
+        c->skinned = c->skinned || r->scene->mMeshes[m]->mNumBones > 0;
+    }
+    for (int j = 0; j < c->joint_count; ++j) {
+        for (unsigned m = 0; m < r->nodes[j]->mNumMeshes; ++m) {
+            vertices += r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumVertices;
+            triangles += r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumFaces;
+            rigid += c->skinned && r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumBones == 0;
+        }
+    }
+    if (triangles == 0 || vertices > INT32_MAX / 16 || triangles > INT32_MAX / 16) {
+        return fail(r, triangles == 0 ? "no triangles" : "too many triangles");
+    }
+    c->props = calloc(rigid + 1, sizeof *c->props);
+    c->positions = malloc(3 * vertices * sizeof *c->positions);
+    c->uvs = malloc(2 * vertices * sizeof *c->uvs);
+    c->colors = malloc(3 * vertices * sizeof *c->colors);
+    c->influences = malloc(vertices * sizeof *c->influences);
+    c->triangles = malloc(3 * triangles * sizeof *c->triangles);
+    c->images_of = malloc(triangles * sizeof *c->images_of);
+    c->images = calloc((size_t)r->scene->mNumMaterials + 1, sizeof *c->images);
+    c->image_count = c->images ? (int)r->scene->mNumMaterials : 0;
+    if (!c->positions || !c->uvs || !c->colors || !c->influences || !c->triangles || !c->images_of || !c->images || !c->props) {
+        return no_memory(r);
+    }
+    bool good = true;
+    for (int j = 0; good && j < c->joint_count; ++j) {
+        for (unsigned m = 0; good && m < r->nodes[j]->mNumMeshes; ++m) {
+            const unsigned part = r->nodes[j]->mMeshes[m];
+            if (c->skinned && r->scene->mMeshes[part]->mNumBones == 0) {
+                memcpy(c->props[c->prop_count++], c->joints[j].name, CHARACTER_NAME);
+            }
+            good = !wanted(r, j, part, props) || add_part(r, j, part);
+        }
+    }
+    return good && (c->triangle_count > 0 || fail(r, "no triangles"));
+}
+
+/* ---- animations ---- */
+
+static bool make_keys(struct reader *r, struct keys *keys, unsigned count, size_t width)
+{
+    keys->times = malloc(((size_t)count + 1) * sizeof *keys->times);
+    keys->values = malloc(width * ((size_t)count + 1) * sizeof *keys->values);
+    return (keys->times && keys->values) || no_memory(r);
+}
+
+static bool read_vectors(struct reader *r, const struct aiVectorKey *from, unsigned count, double second, struct keys *keys)
+{
+    bool good = make_keys(r, keys, count, 3);
+    for (unsigned k = 0; good && k < count; ++k) {
+        const double value[3] = {(double)from[k].mValue.x, (double)from[k].mValue.y, (double)from[k].mValue.z};
+        keys->times[k] = from[k].mTime / second;
+        memcpy(keys->values + 3 * k, value, sizeof value);
+        good = (isfinite(keys->times[k]) && isfinite(value[0] + value[1] + value[2])) || fail(r, "a key is not finite");
+    }
+    keys->count = good ? (int)count : 0;
+    return good;
+}
+
+static bool read_rotations(struct reader *r, const struct aiQuatKey *from, unsigned count, double second, struct keys *keys)
+{
+    bool good = make_keys(r, keys, count, 4);
+    for (unsigned k = 0; good && k < count; ++k) {
+        const double q[4] = {(double)from[k].mValue.w, (double)from[k].mValue.x, (double)from[k].mValue.y,
+                             (double)from[k].mValue.z};
+        keys->times[k] = from[k].mTime / second;
+        quaternion_slerp(q, q, 0.0, keys->values + 4 * k); /* of length 1 */
+        good = (isfinite(keys->times[k]) && isfinite(q[0] + q[1] + q[2] + q[3])) || fail(r, "a key is not finite");
+    }
+    keys->count = good ? (int)count : 0;
+    return good;
+}
+
+static bool read_animation(struct reader *r, const struct aiAnimation *from, struct animation *to)
+{
+    const double second = from->mTicksPerSecond > 0.0 ? from->mTicksPerSecond : 1.0; /* ticks */
+    snprintf(to->name, sizeof to->name, "%.*s", CHARACTER_NAME - 1, from->mName.data);
+    to->duration = from->mDuration / second;
+    to->channels = calloc((size_t)from->mNumChannels + 1, sizeof *to->channels);
+    if (!to->channels) {
+        return no_memory(r);
+    }
+    bool good = isfinite(to->duration) || fail(r, "animation %.60s: its length is not finite", to->name);
+    for (unsigned k = 0; good && k < from->mNumChannels; ++k) {
+        const struct aiNodeAnim *node = from->mChannels[k];
+        struct channel *channel = &to->channels[to->channel_count++];
+        channel->joint = find_joint(r, node->mNodeName.data);
+        good = read_vectors(r, node->mPositionKeys, node->mNumPositionKeys, second, &channel->translation)
+               && read_rotations(r, node->mRotationKeys, node->mNumRotationKeys, second, &channel->rotation)
+               && read_vectors(r, node->mScalingKeys, node->mNumScalingKeys, second, &channel->scale);
+    }
+    return good;
+}
+
+static bool read_animations(struct reader *r)
+{
+    struct character *c = r->character;
+    c->animations = calloc((size_t)r->scene->mNumAnimations + 1, sizeof *c->animations);
+    bool good = c->animations || no_memory(r);
+    for (unsigned a = 0; good && a < r->scene->mNumAnimations; ++a) {
+        good = read_animation(r, r->scene->mAnimations[a], &c->animations[c->animation_count++]);
+    }
+    return good;
+}
+
+/* ---- all ---- */
+
+static bool read_scene(struct reader *r, const char *props)
+{
+    struct character *c = r->character;
+    const int count = r->scene->mRootNode ? count_nodes(r->scene->mRootNode, 0) : 0;
+    if (count == 0 || count > MAX_JOINTS) {
+        return fail(r, count == 0 ? "no nodes" : "too many nodes, or nodes within themselves");
+    }
+    c->joints = calloc((size_t)count, sizeof *c->joints);
+    r->nodes = calloc((size_t)count, sizeof *r->nodes);
+    r->rest = calloc((size_t)count, sizeof *r->rest);
+    r->bound = calloc((size_t)count, sizeof *r->bound);
+    if (!c->joints || !r->nodes || !r->rest || !r->bound) {
+        return no_memory(r);
+    }
+    return add_nodes(r, r->scene->mRootNode, -1) && bind_joints(r) && read_parts(r, props) && read_animations(r);
+}
+
+bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT])
+{
+    struct reader r = {.path = path, .character = character, .error = error};
+    memset(character, 0, sizeof *character);
+    if (!mesh_counts_plausible(path, error)) {
+        return false;
+    }
+    struct aiPropertyStore *properties = aiCreatePropertyStore();
+    if (!properties) {
+        return no_memory(&r);
+    }
+    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    r.scene = aiImportFileExWithProperties(path, aiProcess_Triangulate | aiProcess_SortByPType, NULL, properties);
+    aiReleasePropertyStore(properties);
+    if (!r.scene) {
+        const char *reason = aiGetErrorString();
+        return fail(&r, "%.180s", reason && *reason ? reason : "cannot be read");
+    }
+    const bool good = read_scene(&r, props);
+    aiReleaseImport(r.scene);
+    free(r.nodes);
+    free(r.rest);
+    free(r.bound);
+    if (!good) {
+        character_free(character);
+    }
+    return good;
+}

@@ -1,0 +1,466 @@
+#include "imaging/segment_image.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { OTSU_CLASSES = 1024, PERCENTILE_CLASSES = 4096 };
+
+/* ---- grids ---- */
+
+void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4])
+{
+    const float corners[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+    float place[4][3], world[3];
+    for (int c = 0; c < 4; ++c) {
+        volume_index_to_world(to, corners[c], world);
+        volume_world_to_index(from, world, place[c]);
+    }
+    for (int r = 0; r < 3; ++r) {
+        map[r][3] = place[3][r];
+        for (int c = 0; c < 3; ++c) {
+            map[r][c] = place[c][r] - place[3][r];
+        }
+    }
+}
+
+float segment_trilinear(const int dims[3], const float *values, const float x[3])
+{
+    size_t low[3], high[3];
+    float t[3], row[4];
+    for (int a = 0; a < 3; ++a) {
+        const float inside = fmaxf(0.0f, fminf((float)(dims[a] - 1), x[a]));
+        low[a] = (size_t)inside;
+        high[a] = low[a] + 1 < (size_t)dims[a] ? low[a] + 1 : low[a];
+        t[a] = inside - (float)low[a];
+    }
+    for (int r = 0; r < 4; ++r) {
+        const size_t j = r & 1 ? high[1] : low[1], k = r & 2 ? high[2] : low[2];
+        const float *at = values + (size_t)dims[0] * (j + (size_t)dims[1] * k);
+        row[r] = at[low[0]] + t[0] * (at[high[0]] - at[low[0]]);
+    }
+    const float front = row[0] + t[1] * (row[1] - row[0]), back = row[2] + t[1] * (row[3] - row[2]);
+    return front + t[2] * (back - front);
+}
+
+void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result)
+{
+    float map[3][4];
+    segment_voxel_map(to, from, map);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < to->dims[2]; ++k) {
+        float *out = result + (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
+        for (int j = 0; j < to->dims[1]; ++j) {
+            for (int i = 0; i < to->dims[0]; ++i) {
+                float x[3];
+                for (int r = 0; r < 3; ++r) {
+                    x[r] = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
+                }
+                *out++ = segment_trilinear(from->dims, values, x);
+            }
+        }
+    }
+}
+
+/* ---- intensities ---- */
+
+/* Along the line of `count` values that lie `stride` apart; beyond its ends it goes on with its last values. */
+static void blur_line(float *line, int count, size_t stride, const float *kernel, int half_width, float *copy)
+{
+    for (int i = 0; i < count; ++i) {
+        copy[i] = line[(size_t)i * stride];
+    }
+    for (int i = 0; i < count; ++i) {
+        float sum = kernel[0] * copy[i];
+        for (int d = 1; d <= half_width; ++d) {
+            sum += kernel[d] * (copy[i - d > 0 ? i - d : 0] + copy[i + d < count ? i + d : count - 1]);
+        }
+        line[(size_t)i * stride] = sum;
+    }
+}
+
+/* Half a Gaussian kernel of 3 standard deviations (in voxels); kernel has reach + 1 weights. */
+static void gaussian(float deviation, int half_width, float *kernel)
+{
+    float sum = 0.0f;
+    for (int d = 0; d <= half_width; ++d) {
+        kernel[d] = expf(-0.5f * (float)(d * d) / (deviation * deviation));
+        sum += d > 0 ? 2.0f * kernel[d] : kernel[d];
+    }
+    for (int d = 0; d <= half_width; ++d) {
+        kernel[d] /= sum;
+    }
+}
+
+bool segment_blur(const struct volume *image, float size, float *values)
+{
+    const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
+    bool good = true;
+    for (int a = 0; a < 3 && good; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        const float variance = 0.25f * (size * size / (image->spacing[a] * image->spacing[a]) - 1.0f);
+        if (!(variance > 0.01f)) {
+            continue;
+        }
+        const int half_width = (int)ceilf(3.0f * sqrtf(variance));
+        float *kernel = malloc((size_t)(half_width + 1) * sizeof *kernel);
+        bool *done = calloc((size_t)image->dims[c], sizeof *done);
+        good = kernel && done;
+        if (good) {
+            gaussian(sqrtf(variance), half_width, kernel);
+        }
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+        for (int p = 0; p < (good ? image->dims[c] : 0); ++p) {
+            float *copy = malloc((size_t)image->dims[a] * sizeof *copy);
+            for (int q = 0; copy && q < image->dims[b]; ++q) {
+                float *line = values + (size_t)p * strides[c] + (size_t)q * strides[b];
+                blur_line(line, image->dims[a], strides[a], kernel, half_width, copy);
+            }
+            done[p] = copy != NULL;
+            free(copy);
+        }
+        for (int p = 0; good && p < image->dims[c]; ++p) {
+            good = done[p];
+        }
+        free(kernel);
+        free(done);
+    }
+    return good;
+}
+
+/* The class of a value among `classes` equal ones between low and high. */
+static int class_of(float value, double low, double high, int classes)
+{
+    const double place = ((double)value - low) / (high - low) * classes;
+    return place <= 0 ? 0 : place >= classes - 1 ? classes - 1 : (int)place;
+}
+
+float segment_percentile(const struct volume *image, double share)
+{
+    const double low = (double)image->minimum, high = (double)image->maximum;
+    const size_t total = volume_voxels(image);
+    size_t counts[PERCENTILE_CLASSES] = {0};
+    double below = 0;
+    if (!(high > low)) return image->minimum;
+    for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
+    for (int c = 0; c < PERCENTILE_CLASSES; c++) {
+        below += (double)counts[c];
+        if (below >= share * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
+    }
+    return image->maximum;
+}
+
+float segment_otsu(const struct volume *image)
+{
+    double low = (double)segment_percentile(image, 0.001), high = (double)segment_percentile(image, 0.999);
+    const size_t total = volume_voxels(image);
+    size_t counts[OTSU_CLASSES] = {0};
+    double sum = 0, below = 0, sum_below = 0, best = -1;
+    int first = 0, last = 0;
+    if (!(high > low)) { low = (double)image->minimum; high = (double)image->maximum; }
+    if (!(high > low)) return image->minimum;
+    for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, OTSU_CLASSES)]++;
+    for (int c = 0; c < OTSU_CLASSES; c++) sum += (double)c * (double)counts[c];
+    for (int c = 0; c + 1 < OTSU_CLASSES; c++) {
+        below += (double)counts[c];
+        sum_below += (double)c * (double)counts[c];
+        const double above = (double)total - below;
+        if (!(below > 0) || !(above > 0)) continue;
+        const double difference = sum_below / below - (sum - sum_below) / above;
+        const double between = below * above * difference * difference;
+        if (between > best) {
+            best = between;
+            first = c;
+        }
+        if (between >= best) last = c; /* equal over empty classes: the middle of them */
+    }
+    return (float)(low + (high - low) * (0.5 * (first + last) + 1) / OTSU_CLASSES);
+}
+
+static size_t voxel_index(const int dims[3], const int place[3])
+{
+    return (size_t)place[0] + (size_t)dims[0] * ((size_t)place[1] + (size_t)dims[1] * (size_t)place[2]);
+}
+
+/* How much the intensity changes over `size` mm at a voxel: central differences. */
+static float change(const struct volume *image, const float *values, const int place[3], float size)
+{
+    const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
+    const size_t at = voxel_index(image->dims, place);
+    float sum = 0.0f;
+    for (int a = 0; a < 3; ++a) {
+        const bool up = place[a] + 1 < image->dims[a], down = place[a] > 0;
+        const float length = image->spacing[a] * (up && down ? 2.0f : 1.0f);
+        const float slope = (values[up ? at + strides[a] : at] - values[down ? at - strides[a] : at]) / length;
+        sum += slope * slope;
+    }
+    return size * sqrtf(sum);
+}
+
+/* mm from the face of the image's box, negative inside. */
+static float box_distance(const struct volume *image, const int place[3])
+{
+    float distance = -INFINITY;
+    for (int a = 0; a < 3; ++a) {
+        const float half = 0.5f * (float)image->dims[a], from_middle = fabsf((float)place[a] + 0.5f - half);
+        distance = fmaxf(distance, image->spacing[a] * (from_middle - half));
+    }
+    return distance;
+}
+
+void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
+                      const struct volume *padded)
+{
+    const int margin = (padded->dims[0] - image->dims[0]) / 2;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = -margin; k < image->dims[2] + margin; ++k) {
+        float *pressure = padded->data + (size_t)(k + margin) * (size_t)padded->dims[0] * (size_t)padded->dims[1];
+        for (int j = -margin; j < image->dims[1] + margin; ++j) {
+            for (int i = -margin; i < image->dims[0] + margin; ++i, ++pressure) {
+                const int place[3] = {i, j, k};
+                const float border = -box_distance(image, place) / size;
+                *pressure = fmaxf(-1.0f, border);
+                if (border > 0.0f) {
+                    const float value = values[voxel_index(image->dims, place)];
+                    const float inside = fminf(value - low, high - value) / fmaxf(ramp, change(image, values, place, size));
+                    *pressure = fmaxf(-1.0f, fminf(fminf(1.0f, inside), border));
+                }
+            }
+        }
+    }
+}
+
+void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded)
+{
+    const int margin = (padded->dims[0] - image->dims[0]) / 2;
+    const float contrast = push->inside - push->outside;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = -margin; k < image->dims[2] + margin; ++k) {
+        size_t n = (size_t)(k + margin) * (size_t)padded->dims[0] * (size_t)padded->dims[1];
+        for (int j = -margin; j < image->dims[1] + margin; ++j) {
+            for (int i = -margin; i < image->dims[0] + margin; ++i, ++n) {
+                const int place[3] = {i, j, k};
+                const float border = -box_distance(image, place) / push->size;
+                float sum = push->pressure_weight * push->pressure[n];
+                if (border > 0.0f) {
+                    const size_t at = voxel_index(image->dims, place);
+                    if (push->region_weight > 0.0f && contrast != 0.0f) {
+                        /* Chan and Vese: ((u - c2)^2 - (u - c1)^2) / (c1 - c2)^2, which is linear in u */
+                        const float region = (2.0f * push->image[at] - push->inside - push->outside) / contrast;
+                        sum += push->region_weight * fmaxf(-1.0f, fminf(1.0f, region));
+                    }
+                    if (push->edge_weight > 0.0f) { /* Caselles: 1 / (1 + (|grad u| / K)^2) */
+                        const float steep = change(image, push->image, place, push->size) / push->ramp;
+                        sum *= 1.0f - push->edge_weight + push->edge_weight / (1.0f + steep * steep);
+                    }
+                }
+                if (push->away) { /* beyond `stay` from the start there is only the way back */
+                    sum = fminf(sum, (push->stay - push->away[n]) / push->size);
+                    sum = fmaxf(sum, (-push->stay - push->away[n]) / push->size);
+                }
+                padded->data[n] = fmaxf(-1.0f, fminf(fminf(1.0f, sum), border));
+            }
+        }
+    }
+}
+
+size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask)
+{
+    const size_t total = volume_voxels(labels);
+    size_t set = 0;
+    for (size_t n = 0; n < total; n++) {
+        const long value = lroundf(fmaxf(-1e9f, fminf(1e9f, labels->data[n])));
+        bool inside = count == 0 && value != 0;
+        for (int c = 0; c < count; c++) inside = inside || value == wanted[c];
+        mask[n] = inside;
+        set += inside;
+    }
+    return set;
+}
+
+/* ---- parts ---- */
+
+/* Gives the number `component` to everything that hangs together with `first` on its side of zero; returns how much that is. */
+static int flood(const int dims[3], const float *phi, int first, int component, int *components, int *queue)
+{
+    const int strides[3] = {1, dims[0], dims[0] * dims[1]};
+    int count = 1;
+    queue[0] = first;
+    components[first] = component;
+    for (int done = 0; done < count; ++done) {
+        const int at = queue[done];
+        for (int a = 0; a < 3; ++a) {
+            const int place = at / strides[a] % dims[a];
+            for (int d = -1; d <= 1; d += 2) {
+                const int next = at + d * strides[a];
+                if (place + d >= 0 && place + d < dims[a] && components[next] == 0 && (phi[next] < 0.0f) == (phi[first] < 0.0f)) {
+                    components[next] = component;
+                    queue[count++] = next;
+                }
+            }
+        }
+    }
+    return count;
+}
+
+bool segment_keep_largest(const int dims[3], float *phi)
+{
+    const int total = dims[0] * dims[1] * dims[2];
+    int *components = calloc((size_t)total, sizeof *components), *queue = malloc((size_t)total * sizeof *queue);
+    int component = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* of what is above zero, of what is below */
+    for (int n = 0; components && queue && n < total; ++n) {
+        if (components[n] == 0) {
+            const int below = phi[n] < 0.0f, count = flood(dims, phi, n, ++component, components, queue);
+            largest[below] = count > size[below] ? component : largest[below];
+            size[below] = count > size[below] ? count : size[below];
+        }
+    }
+    for (int n = 0; components && queue && n < total; ++n) {
+        phi[n] = components[n] == largest[0] || components[n] == largest[1] ? phi[n] : -phi[n];
+    }
+    const bool good = components && queue;
+    free(components);
+    free(queue);
+    return good;
+}
+
+/* Is the flag set at a voxel or one of its neighbours through faces? */
+static bool is_set_around(const int dims[3], const uint8_t *flags, const int place[3])
+{
+    const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
+    const size_t at = voxel_index(dims, place);
+    bool set = flags[at] != 0;
+    for (int a = 0; a < 3; ++a) {
+        set = set || (place[a] > 0 && flags[at - strides[a]]) || (place[a] + 1 < dims[a] && flags[at + strides[a]]);
+    }
+    return set;
+}
+
+static bool is_on_edge(const int dims[3], const int place[3])
+{
+    int faces = 0;
+    for (int a = 0; a < 3; ++a) {
+        faces += place[a] == 0 || place[a] == dims[a] - 1;
+    }
+    return faces >= 2;
+}
+
+/* Sets `reached` where the ball's middle comes, given where it may not be: `shut` below zero. */
+static size_t flood_ball_centers(const int dims[3], const float *shut, int *components, int *queue, uint8_t *reached)
+{
+    const size_t total = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
+    size_t count = 0;
+    int place[3];
+    for (size_t n = 0; n < total; ++n) {
+        volume_place(dims, n, place);
+        if (components[n] == 0 && shut[n] > 0.0f && is_on_edge(dims, place)) {
+            count += (size_t)flood(dims, shut, (int)n, 1, components, queue);
+        }
+    }
+    for (size_t n = 0; n < total; ++n) {
+        reached[n] = components[n] != 0;
+    }
+    return count;
+}
+
+bool segment_pressure_solid(const struct volume *image, float size, const struct volume *padded)
+{
+    const int *dims = image->dims, margin = (padded->dims[0] - dims[0]) / 2;
+    const size_t total = volume_voxels(image);
+    uint8_t *object = malloc(total), *reached = malloc(total);
+    float *shut = malloc(total * sizeof *shut);
+    int *components = calloc(total, sizeof *components), *queue = malloc(total * sizeof *queue), place[3];
+    const bool good = object && reached && shut && components && queue;
+    for (size_t n = 0; good && n < total; ++n) {
+        volume_place(dims, n, place);
+        const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
+        object[n] = padded->data[voxel_index(padded->dims, there)] > 0.0f;
+    }
+    for (size_t n = 0; good && n < total; ++n) {
+        volume_place(dims, n, place);
+        shut[n] = is_set_around(dims, object, place) ? -1.0f : 1.0f;
+    }
+    if (good && flood_ball_centers(dims, shut, components, queue, reached) > 0) { /* else the image has no outside */
+        for (size_t n = 0; n < total; ++n) {
+            volume_place(dims, n, place);
+            if (!object[n] && !is_set_around(dims, reached, place)) {
+                const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
+                padded->data[voxel_index(padded->dims, there)] = fminf(1.0f, -box_distance(image, place) / size);
+            }
+        }
+    }
+    free(object);
+    free(reached);
+    free(shut);
+    free(components);
+    free(queue);
+    return good;
+}
+
+/* ---- distances ---- */
+
+/* The smallest solution d of sum over the axes of (max(d - a, 0) / h)^2 = 1: a[] the nearer neighbours' distances. */
+static float eikonal(float a[3], float h[3])
+{
+    float sum = 0.0f, linear = 0.0f, square = 0.0f, d = INFINITY;
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2 - i; ++j) {
+            if (a[j + 1] < a[j]) {
+                const float t = a[j], u = h[j];
+                a[j] = a[j + 1];
+                h[j] = h[j + 1];
+                a[j + 1] = t;
+                h[j + 1] = u;
+            }
+        }
+    }
+    for (int i = 0; i < 3 && a[i] < d; ++i) {
+        const float w = 1.0f / (h[i] * h[i]);
+        sum += w;
+        linear += w * a[i];
+        square += w * a[i] * a[i];
+        d = (linear + sqrtf(fmaxf(0.0f, linear * linear - sum * (square - 1.0f)))) / sum;
+    }
+    return d;
+}
+
+static float nearer(const float *distance, size_t at, size_t stride, int place, int size)
+{
+    const float before = place > 0 ? fabsf(distance[at - stride]) : INFINITY;
+    return fminf(before, place + 1 < size ? fabsf(distance[at + stride]) : INFINITY);
+}
+
+void segment_extend_distance(const struct volume *image, float known, float *distance)
+{
+    const int *dims = image->dims;
+    const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
+    const size_t total = volume_voxels(image);
+    for (size_t n = 0; n < total; ++n) {
+        distance[n] = fabsf(distance[n]) < known ? distance[n] : copysignf(1e9f, distance[n]);
+    }
+    for (int sweep = 0; sweep < 8; ++sweep) {
+        for (int z = 0; z < dims[2]; ++z) {
+            for (int y = 0; y < dims[1]; ++y) {
+                for (int x = 0; x < dims[0]; ++x) {
+                    const int i = sweep & 1 ? dims[0] - 1 - x : x, j = sweep & 2 ? dims[1] - 1 - y : y;
+                    const int k = sweep & 4 ? dims[2] - 1 - z : z;
+                    const size_t at = (size_t)i + strides[1] * (size_t)j + strides[2] * (size_t)k;
+                    if (fabsf(distance[at]) < known) {
+                        continue;
+                    }
+                    float h[3] = {image->spacing[0], image->spacing[1], image->spacing[2]};
+                    float a[3] = {nearer(distance, at, strides[0], i, dims[0]), nearer(distance, at, strides[1], j, dims[1]),
+                                  nearer(distance, at, strides[2], k, dims[2])};
+                    distance[at] = copysignf(fmaxf(known, fminf(fabsf(distance[at]), eikonal(a, h))), distance[at]);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,393 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "imaging/volume_format.h"
+#include "imaging/volume_nifti.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* ---- what the formats share ---- */
+
+bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error, VOLUME_TEXT, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+void volume_note(struct volume *volume, const char *text)
+{
+    const size_t used = strlen(volume->note);
+    snprintf(volume->note + used, sizeof volume->note - used, "%s%s", used ? "; " : "", text);
+}
+
+bool volume_ends_with(const char *text, const char *ending)
+{
+    const size_t a = strlen(text), b = strlen(ending);
+    return a >= b && strcmp(text + a - b, ending) == 0;
+}
+
+int64_t volume_file_size(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISREG(info.st_mode) ? (int64_t)info.st_size : -1;
+}
+
+bool volume_beside(const char *path, const char *name, char *result, size_t size)
+{
+    const char *slash = name[0] == '/' ? NULL : strrchr(path, '/');
+    const int folder = slash ? (int)(slash - path + 1) : 0;
+    return snprintf(result, size, "%.*s%s", folder, path, name) < (int)size;
+}
+
+bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, int all, int frame, char error[VOLUME_TEXT])
+{
+    const int64_t limit = (int64_t)1 << 31; /* 8 GiB as float */
+    int64_t voxels = 1, frames = 1;
+    for (int i = 0; i < all; ++i) {
+        int64_t *product = i < space ? &voxels : &frames;
+        if (sizes[i] < 1) {
+            return volume_error(error, "bad header: size %lld in dimension %d", (long long)sizes[i], i + 1);
+        }
+        if (sizes[i] > limit || *product > limit / sizes[i]) {
+            return volume_error(error, "too large: more than %lld %s", (long long)limit, i < space ? "voxels" : "frames");
+        }
+        *product *= sizes[i];
+    }
+    if (voxels > INT32_MAX || frames > INT32_MAX) { /* a side alone may reach the limit */
+        return volume_error(error, "too large: more than %d voxels or frames", INT32_MAX);
+    }
+    for (int i = 0; i < 3; ++i) {
+        volume->dims[i] = i < space ? (int)sizes[i] : 1;
+    }
+    volume->frame = frame;
+    volume->frame_count = (int)frames;
+    return (frame >= 0 && frame < volume->frame_count)
+        || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
+}
+
+bool volume_set_geometry(struct volume *volume)
+{
+    double column[3][3];
+    for (int c = 0; c < 3; ++c) {
+        double length2 = 0.0;
+        for (int r = 0; r < 3; ++r) {
+            length2 += volume->affine[r][c] * volume->affine[r][c];
+        }
+        const double length = sqrt(length2);
+        if (!(length > 1e-9 && length < 1e9) || !(fabs(volume->affine[c][3]) < 1e9)) {
+            return false;
+        }
+        volume->spacing[c] = (float)length;
+        volume->origin[c] = (float)volume->affine[c][3];
+        for (int r = 0; r < 3; ++r) {
+            column[c][r] = volume->affine[r][c] / length;
+            volume->direction[r][c] = (float)column[c][r];
+        }
+    }
+    const double determinant = column[0][0] * (column[1][1] * column[2][2] - column[1][2] * column[2][1])
+                               - column[0][1] * (column[1][0] * column[2][2] - column[1][2] * column[2][0])
+                               + column[0][2] * (column[1][0] * column[2][1] - column[1][1] * column[2][0]);
+    return fabs(determinant) > 1e-4;
+}
+
+void volume_flip_to_ras(double affine[4][4])
+{
+    for (int c = 0; c < 4; ++c) {
+        affine[0][c] = 0.0 - affine[0][c]; /* not -0 */
+        affine[1][c] = 0.0 - affine[1][c];
+    }
+}
+
+bool volume_allocate(struct volume *volume, char error[VOLUME_TEXT])
+{
+    volume->minimum = INFINITY;
+    volume->maximum = -INFINITY;
+    volume->data = malloc(volume_voxels(volume) * sizeof *volume->data);
+    return volume->data || volume_error(error, "not enough memory for %zu voxels", volume_voxels(volume));
+}
+
+void volume_store(struct volume *volume, size_t voxel, double value)
+{
+    const float stored = (float)value;
+    volume->data[voxel] = stored;
+    if (isfinite(stored)) {
+        volume->minimum = fminf(volume->minimum, stored);
+        volume->maximum = fmaxf(volume->maximum, stored);
+    } else {
+        ++volume->replaced;
+    }
+}
+
+size_t volume_sample_size(enum volume_sample type)
+{
+    static const size_t sizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 0};
+    return sizes[type];
+}
+
+double volume_sample(const unsigned char *bytes, enum volume_sample type, bool swapped)
+{
+    union {
+        int8_t i8;
+        uint8_t u8;
+        int16_t i16;
+        uint16_t u16;
+        int32_t i32;
+        uint32_t u32;
+        int64_t i64;
+        uint64_t u64;
+        float f32;
+        double f64;
+        unsigned char bytes[8];
+    } v = {0};
+    const size_t size = volume_sample_size(type);
+    for (size_t b = 0; b < size; ++b) {
+        v.bytes[b] = bytes[swapped ? size - 1 - b : b];
+    }
+    switch (type) {
+    case SAMPLE_INT8: return v.i8;
+    case SAMPLE_UINT8: return v.u8;
+    case SAMPLE_INT16: return v.i16;
+    case SAMPLE_UINT16: return v.u16;
+    case SAMPLE_INT32: return v.i32;
+    case SAMPLE_UINT32: return v.u32;
+    case SAMPLE_INT64: return (double)v.i64;
+    case SAMPLE_UINT64: return (double)v.u64;
+    case SAMPLE_FLOAT32: return (double)v.f32;
+    case SAMPLE_FLOAT64: return v.f64;
+    case SAMPLE_NONE: break;
+    }
+    return 0.0;
+}
+
+size_t volume_type_size(enum volume_type type)
+{
+    static const size_t sizes[] = {1, 2, 4};
+    return sizes[type];
+}
+
+bool volume_stream_open(struct volume_stream *stream, FILE *file, bool compressed)
+{
+    memset(stream, 0, sizeof *stream);
+    stream->file = file;
+    stream->compressed = compressed;
+    return !compressed || inflateInit2(&stream->z, 15 + 32) == Z_OK; /* + 32: zlib or gzip, by the first bytes */
+}
+
+size_t volume_stream_read(struct volume_stream *stream, unsigned char *bytes, size_t count)
+{
+    if (!stream->compressed) {
+        return fread(bytes, 1, count, stream->file);
+    }
+    stream->z.next_out = bytes;
+    stream->z.avail_out = (unsigned)count;
+    while (stream->z.avail_out > 0 && !stream->ended) {
+        if (stream->z.avail_in == 0) {
+            stream->z.next_in = stream->input;
+            stream->z.avail_in = (unsigned)fread(stream->input, 1, sizeof stream->input, stream->file);
+        }
+        const int code = inflate(&stream->z, Z_NO_FLUSH);
+        stream->ended = code == Z_STREAM_END;
+        if (code != Z_OK && !stream->ended) {
+            break;
+        }
+    }
+    return count - stream->z.avail_out;
+}
+
+void volume_stream_close(struct volume_stream *stream)
+{
+    if (stream->compressed) {
+        inflateEnd(&stream->z);
+    }
+}
+
+/* ---- reading ---- */
+
+typedef bool (*reader)(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
+
+/* By the first bytes, whatever the name says; a MetaImage header is text without a magic word. */
+static reader choose_reader(const char *path, struct volume *volume)
+{
+    static const char *const first_keys[] = {"ObjectType", "NDims", "Comment", "ObjectSubType"};
+    char begin[64] = "";
+    FILE *file = fopen(path, "rb");
+    if (file) {
+        begin[fread(begin, 1, sizeof begin - 1, file)] = '\0';
+        fclose(file);
+    }
+    bool meta = volume_ends_with(path, ".mha") || volume_ends_with(path, ".mhd");
+    for (size_t k = 0; k < sizeof first_keys / sizeof *first_keys; ++k) {
+        meta = meta || strncmp(begin, first_keys[k], strlen(first_keys[k])) == 0;
+    }
+    const bool nrrd = strncmp(begin, "NRRD", 4) == 0 || volume_ends_with(path, ".nrrd") || volume_ends_with(path, ".nhdr");
+    volume->extension = nrrd ? ".nrrd" : meta ? ".mha" : ".nii.gz";
+    return nrrd ? volume_read_nrrd : meta ? volume_read_meta : volume_read_nifti;
+}
+
+static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
+{
+    if (volume_file_size(path) < 0) {
+        return volume_error(error, "no such file");
+    }
+    if (!choose_reader(path, volume)(path, frame, volume, error)) {
+        return false;
+    }
+    if (volume->replaced == volume_voxels(volume)) {
+        return volume_error(error, "no voxel is finite");
+    }
+    if (volume->replaced > 0) {
+        char text[96];
+        for (size_t i = 0; i < volume_voxels(volume); ++i) {
+            volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : volume->minimum;
+        }
+        snprintf(text, sizeof text, "%zu voxels were NaN or infinite, now %g", volume->replaced,
+                 (double)volume->minimum);
+        volume_note(volume, text);
+    }
+    return true;
+}
+
+bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
+{
+    char reason[VOLUME_TEXT] = "";
+    memset(volume, 0, sizeof *volume);
+    error[0] = '\0';
+    if (read_all(path, frame, volume, reason)) {
+        return true;
+    }
+    volume_free(volume);
+    const size_t length = strlen(path); /* of a long path the end tells more */
+    return volume_error(error, "%s%s: %.200s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path,
+                        reason);
+}
+
+bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
+                  char error[VOLUME_TEXT])
+{
+    error[0] = '\0';
+    return volume_ends_with(path, ".nrrd")  ? volume_write_nrrd(path, like, type, data, error)
+           : volume_ends_with(path, ".mha") ? volume_write_meta(path, like, type, data, error)
+                                            : volume_write_nifti(path, like, type, data, error);
+}
+
+/* ---- made volumes ---- */
+
+bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume)
+{
+    memset(volume, 0, sizeof *volume);
+    volume->frame_count = 1;
+    volume->affine[3][3] = 1.0;
+    for (int i = 0; i < 3; ++i) {
+        volume->dims[i] = dims[i];
+        volume->affine[i][i] = (double)spacing[i];
+        volume->affine[i][3] = (double)origin[i];
+    }
+    if (dims[0] < 1 || dims[1] < 1 || dims[2] < 1 || !volume_set_geometry(volume)
+        || !(volume->data = calloc(volume_voxels(volume), sizeof *volume->data))) {
+        memset(volume, 0, sizeof *volume);
+        return false;
+    }
+    return true;
+}
+
+/* A volume whose box has the same middle and the same axes as that of `like`. */
+static bool create_over(const struct volume *like, const int dims[3], const float spacing[3], struct volume *volume)
+{
+    const float origin[3] = {0.0f, 0.0f, 0.0f};
+    if (!volume_create(dims, spacing, origin, volume)) {
+        return false;
+    }
+    memcpy(volume->affine, like->affine, sizeof volume->affine);
+    for (int a = 0; a < 3; ++a) {
+        const double step = (double)spacing[a] / (double)like->spacing[a];
+        const double first = 0.5 * ((double)(like->dims[a] - 1) - step * (double)(dims[a] - 1));
+        for (int r = 0; r < 3; ++r) {
+            volume->affine[r][3] += first * like->affine[r][a];
+            volume->affine[r][a] = step * like->affine[r][a];
+        }
+    }
+    return volume_set_geometry(volume);
+}
+
+bool volume_create_padded(const struct volume *like, int margin, struct volume *volume)
+{
+    const int dims[3] = {like->dims[0] + 2 * margin, like->dims[1] + 2 * margin, like->dims[2] + 2 * margin};
+    return create_over(like, dims, like->spacing, volume);
+}
+
+bool volume_create_cubes(const struct volume *like, float side, int margin, struct volume *volume)
+{
+    const float spacing[3] = {side, side, side};
+    int dims[3];
+    for (int a = 0; a < 3; ++a) {
+        dims[a] = (int)ceilf(like->spacing[a] * (float)like->dims[a] / side - 1e-3f) + 2 * margin;
+    }
+    return create_over(like, dims, spacing, volume);
+}
+
+void volume_free(struct volume *volume)
+{
+    if (volume->header) {
+        nifti_image_free((nifti_image *)volume->header);
+    }
+    free(volume->data);
+    memset(volume, 0, sizeof *volume);
+}
+
+bool volume_same_grid(const struct volume *a, const struct volume *b)
+{
+    if (memcmp(a->dims, b->dims, sizeof a->dims) != 0) {
+        return false;
+    }
+    const double tolerance = 1e-3 * (double)fminf(fminf(a->spacing[0], a->spacing[1]), a->spacing[2]);
+    for (int corner = 0; corner < 8; ++corner) { /* the corners of the grid bound every other voxel */
+        for (int r = 0; r < 3; ++r) {
+            double difference = a->affine[r][3] - b->affine[r][3];
+            for (int c = 0; c < 3; ++c) {
+                difference += ((corner >> c) & 1 ? a->dims[c] - 1 : 0) * (a->affine[r][c] - b->affine[r][c]);
+            }
+            if (!(fabs(difference) < tolerance)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+void volume_index_to_world(const struct volume *volume, const float index[3], float world[3])
+{
+    double out[3];
+    for (int r = 0; r < 3; ++r) {
+        out[r] = volume->affine[r][3];
+        for (int c = 0; c < 3; ++c) {
+            out[r] += volume->affine[r][c] * (double)index[c];
+        }
+    }
+    for (int r = 0; r < 3; ++r) {
+        world[r] = (float)out[r];
+    }
+}
+
+void volume_world_to_index(const struct volume *volume, const float world[3], float index[3])
+{
+    const double(*m)[4] = (const double(*)[4])volume->affine;
+    double d[3], inverse[3][3];
+    for (int r = 0; r < 3; ++r) {
+        d[r] = (double)world[r] - m[r][3];
+        for (int c = 0; c < 3; ++c) { /* cofactors, cyclic indices carry the sign */
+            const int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
+            inverse[r][c] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
+        }
+    }
+    const double determinant = m[0][0] * inverse[0][0] + m[1][0] * inverse[0][1] + m[2][0] * inverse[0][2];
+    for (int r = 0; r < 3; ++r) {
+        index[r] = (float)((inverse[r][0] * d[0] + inverse[r][1] * d[1] + inverse[r][2] * d[2]) / determinant);
+    }
+}

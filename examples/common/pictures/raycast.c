@@ -1,0 +1,413 @@
+#include "pictures/raycast.h"
+
+#include "base/bvh.h"
+#include "base/vec3.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { OCCLUSION_DIRECTIONS = 64 };
+
+/* Everything that a pixel needs, made once. */
+struct renderer {
+    const struct raycast_scene *scene;
+    struct bvh bvh;
+    struct raycast_frame frame;
+    float *corners;   /* the soup that is drawn: 9 floats a triangle */
+    float *normals;   /* smooth style: one a vertex */
+    float *occlusion; /* light that arrives, 0..1: one a vertex (smooth style) or a triangle; below 0: not known yet */
+    float lo[3], hi[3];
+    float originals_lo[3], originals_hi[3];
+    float mean_edge;
+    struct color base, top, bottom;
+    bool smooth;
+};
+
+static struct color color_or(struct color given, float r, float g, float b)
+{
+    const bool unset = given.r == 0.0f && given.g == 0.0f && given.b == 0.0f;
+    return unset ? color_rgb(r, g, b) : given;
+}
+
+static size_t corner_vertex(const struct raycast_scene *scene, size_t triangle, size_t corner)
+{
+    return scene->indices ? scene->indices[3 * triangle + corner] : 3 * triangle + corner;
+}
+
+static bool indices_valid(const struct raycast_scene *scene)
+{
+    for (size_t i = 0; i < 3 * scene->triangle_count; ++i) {
+        if ((scene->indices ? (size_t)scene->indices[i] : i) >= scene->vertex_count) {
+            return false;
+        }
+    }
+    return scene->triangle_count > 0;
+}
+
+/* The soup, shrunk for the springl style, and its mean edge length. */
+static void make_corners(struct renderer *r)
+{
+    const struct raycast_scene *scene = r->scene;
+    const float shrink = scene->style == RAYCAST_SPRINGL ? fmaxf(0.0f, fminf(0.9f, scene->shrink)) : 0.0f;
+    double edges = 0.0;
+    size_t finite = 0;
+    for (size_t t = 0; t < scene->triangle_count; ++t) {
+        float *c = r->corners + 9 * t;
+        for (size_t k = 0; k < 3; ++k) {
+            memcpy(c + 3 * k, scene->positions + 3 * corner_vertex(scene, t, k), 3 * sizeof *c);
+        }
+        for (int i = 0; i < 3; ++i) {
+            const float center = (c[i] + c[3 + i] + c[6 + i]) / 3.0f;
+            for (int k = 0; k < 3; ++k) {
+                c[3 * k + i] += shrink * (center - c[3 * k + i]);
+            }
+        }
+        float e[3];
+        vec3_sub(c + 3, c, e);
+        const float length = vec3_length(e);
+        if (isfinite(length)) {
+            edges += (double)length;
+            ++finite;
+        }
+    }
+    r->mean_edge = finite ? (float)(edges / (double)finite) : 0.0f;
+}
+
+static void make_normals(struct renderer *r)
+{
+    const struct raycast_scene *scene = r->scene;
+    if (scene->normals) {
+        memcpy(r->normals, scene->normals, 3 * scene->vertex_count * sizeof *r->normals);
+    } else {
+        memset(r->normals, 0, 3 * scene->vertex_count * sizeof *r->normals);
+        for (size_t t = 0; t < scene->triangle_count; ++t) {
+            float normal[3];
+            const float area = vec3_triangle_normal(r->corners + 9 * t, normal);
+            for (size_t k = 0; k < 3 && isfinite(area); ++k) {
+                float *n = r->normals + 3 * corner_vertex(scene, t, k);
+                vec3_add_scaled(n, area, normal, n);
+            }
+        }
+    }
+    for (size_t v = 0; v < scene->vertex_count; ++v) {
+        vec3_normalize(r->normals + 3 * v);
+    }
+}
+
+static void make_ray(const struct renderer *r, float x, float y, float origin[3],
+                     float direction[3]) /* x, y in -1..1 */
+{
+    const float sx = x * r->frame.half_width, sy = y * r->frame.half_height;
+    const float *eye = r->scene->camera.eye;
+    for (int i = 0; i < 3; ++i) {
+        const float offset = sx * r->frame.right[i] + sy * r->frame.up[i];
+        origin[i] = r->frame.perspective ? eye[i] : eye[i] + offset;
+        direction[i] = r->frame.perspective ? r->frame.forward[i] + offset : r->frame.forward[i];
+    }
+    vec3_normalize(direction);
+}
+
+/* Share of the sky seen from a point. The directions are the same everywhere (weighted by the cosine), so that
+ * neighbouring points differ smoothly: no noise, and no random numbers. */
+static float sky_share(const struct renderer *r, const float point[3], const float normal[3], float max_distance)
+{
+    float origin[3], open = 0.0f, sum = 0.0f;
+    vec3_add_scaled(point, 0.4f * r->mean_edge, normal, origin);
+    for (int i = 0; i < OCCLUSION_DIRECTIONS; ++i) {
+        const float z = 1.0f - (2.0f * (float)i + 1.0f) / OCCLUSION_DIRECTIONS, turn = 2.3999632f * (float)i;
+        const float ring = sqrtf(1.0f - z * z);
+        const float d[3] = {ring * cosf(turn), ring * sinf(turn), z};
+        const float cosine = vec3_dot(d, normal);
+        if (cosine > 0.05f) {
+            sum += cosine;
+            if (!bvh_any_hit(&r->bvh, origin, d, 0.0f, max_distance)) {
+                open += cosine;
+            }
+        }
+    }
+    return sum > 0.0f ? open / sum : 1.0f;
+}
+
+/* Of a vertex (smooth style) or a triangle. */
+static float occlusion(const struct renderer *r, size_t i)
+{
+    const float size[3] = {r->hi[0] - r->lo[0], r->hi[1] - r->lo[1], r->hi[2] - r->lo[2]};
+    const float max_distance = 0.35f * vec3_length(size), *c = r->corners + 9 * i;
+    if (r->smooth) {
+        return sky_share(r, r->scene->positions + 3 * i, r->normals + 3 * i, max_distance);
+    }
+    float normal[3], center[3];
+    vec3_triangle_normal(c, normal);
+    for (int k = 0; k < 3; ++k) {
+        center[k] = (c[k] + c[3 + k] + c[6 + k]) / 3.0f;
+    }
+    return sky_share(r, center, normal, max_distance);
+}
+
+/* Most of a scene is not seen: only what the rays through the pixels' middles meet gets its value beforehand. */
+static bool make_occlusion(struct renderer *r, int width, int height)
+{
+    const struct raycast_scene *scene = r->scene;
+    const long count = (long)(r->smooth ? scene->vertex_count : scene->triangle_count), pixels = (long)width * height;
+    const float pixel = 2.0f / (float)height;
+    long *met = malloc((size_t)pixels * sizeof *met); /* the triangle, or -1 */
+    if (!met) {
+        return false;
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 512)
+#endif
+    for (long p = 0; p < pixels; ++p) {
+        float origin[3], direction[3];
+        struct bvh_hit hit;
+        const float x = 2.0f * ((float)(p % width) + 0.5f) / (float)width - 1.0f, y = 1.0f - pixel * ((float)(p / width) + 0.5f);
+        make_ray(r, x, y, origin, direction);
+        met[p] = bvh_nearest_hit(&r->bvh, origin, direction, 0.0f, INFINITY, &hit) ? (long)hit.triangle : -1;
+    }
+    for (long i = 0; i < count; ++i) {
+        r->occlusion[i] = -1.0f;
+    }
+    for (long p = 0; p < pixels; ++p) {
+        for (size_t k = 0; met[p] >= 0 && k < (r->smooth ? 3 : 1); ++k) {
+            r->occlusion[r->smooth ? corner_vertex(scene, (size_t)met[p], k) : (size_t)met[p]] = 0.0f;
+        }
+    }
+    free(met);
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 256)
+#endif
+    for (long i = 0; i < count; ++i) {
+        r->occlusion[i] = r->occlusion[i] < 0.0f ? -1.0f : occlusion(r, (size_t)i);
+    }
+    return true;
+}
+
+static float occlusion_at(const struct renderer *r, size_t i)
+{
+    return r->occlusion[i] < 0.0f ? occlusion(r, i) : r->occlusion[i];
+}
+
+static struct color surface_color(const struct renderer *r, size_t triangle, const float w[3])
+{
+    const struct raycast_scene *scene = r->scene;
+    const float *per_vertex = scene->vertex_originals ? scene->vertex_originals : scene->vertex_colors;
+    const float *per_triangle = scene->triangle_originals ? scene->triangle_originals : scene->triangle_colors;
+    const bool originals = scene->vertex_originals || scene->triangle_originals;
+    float value[3] = {0.0f, 0.0f, 0.0f};
+    if (scene->triangle_originals || (!scene->vertex_originals && !scene->vertex_colors && per_triangle)) {
+        memcpy(value, per_triangle + 3 * triangle, sizeof value);
+    } else if (per_vertex) {
+        for (size_t k = 0; k < 3; ++k) {
+            vec3_add_scaled(value, w[k], per_vertex + 3 * corner_vertex(scene, triangle, k), value);
+        }
+    } else {
+        return r->base;
+    }
+    if (!originals) {
+        return color_rgb(value[0], value[1], value[2]);
+    }
+    return scene->color_at ? scene->color_at(scene->color_user, value)
+                           : raycast_correspondence_color(value, r->originals_lo, r->originals_hi);
+}
+
+/* Two lights that move with the camera (key from upper left, fill from the right), sky from above, a soft highlight.
+ * Light is added up in linear values: display value = square root, a cheap stand-in for the sRGB curve. */
+static struct color shade(const struct renderer *r, struct color color, const float normal[3], const float view[3],
+                          float sky)
+{
+    static const float key[3] = {-0.50f, 0.62f, 0.60f},
+                       fill[3] = {0.78f, -0.10f, 0.61f}; /* right, up, towards the eye */
+    float n[3] = {vec3_dot(normal, r->frame.right), vec3_dot(normal, r->frame.up),
+                  -vec3_dot(normal, r->frame.forward)};
+    const float v[3] = {vec3_dot(view, r->frame.right), vec3_dot(view, r->frame.up),
+                        -vec3_dot(view, r->frame.forward)};
+    float half[3] = {key[0] - v[0], key[1] - v[1], key[2] - v[2]};
+    vec3_normalize(half);
+    const float light_key = fmaxf(0.0f, vec3_dot(n, key)), light_fill = fmaxf(0.0f, vec3_dot(n, fill));
+    const float ambient = 0.30f + 0.10f * n[1];
+    float gloss = fmaxf(0.0f, vec3_dot(n, half));
+    gloss *= gloss, gloss *= gloss, gloss *= gloss, gloss *= gloss; /* to the 16th */
+    const float direct = (0.72f * light_key + 0.22f * light_fill) * (0.45f + 0.55f * sky);
+    const float light = ambient * sky + direct, shine = 0.10f * gloss * sky;
+    return color_rgb(color.r * color.r * light + shine, color.g * color.g * light + shine,
+                     color.b * color.b * light + shine);
+}
+
+/* Distance in the triangle's plane from the hit to the nearest side; also the radius of the inscribed circle. */
+static float side_distance(const float *c, const float w[3], float *inner_radius)
+{
+    float normal[3], best = INFINITY, around = 0.0f;
+    const float area = vec3_triangle_normal(c, normal);
+    for (int k = 0; k < 3; ++k) {
+        float e[3];
+        vec3_sub(c + 3 * ((k + 1) % 3), c + 3 * ((k + 2) % 3), e);
+        const float length = vec3_length(e);
+        around += length;
+        best = fminf(best, w[k] * 2.0f * area / fmaxf(length, 1e-30f));
+    }
+    *inner_radius = 2.0f * area / fmaxf(around, 1e-30f);
+    return best;
+}
+
+static struct color sample(const struct renderer *r, const float origin[3], const float direction[3],
+                           float pixel_at_one, float height_share)
+{
+    struct bvh_hit hit;
+    const struct raycast_scene *scene = r->scene;
+    if (!bvh_nearest_hit(&r->bvh, origin, direction, 0.0f, INFINITY, &hit)) {
+        const struct color back = color_mix(r->top, r->bottom, height_share);
+        return color_rgb(back.r * back.r, back.g * back.g, back.b * back.b);
+    }
+    const size_t t = hit.triangle;
+    const float w[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+    float normal[3] = {0.0f, 0.0f, 0.0f}, face[3], sky = 1.0f;
+    struct color color = surface_color(r, t, w);
+    vec3_triangle_normal(r->corners + 9 * t, face);
+    if (r->smooth) {
+        for (size_t k = 0; k < 3; ++k) {
+            vec3_add_scaled(normal, w[k], r->normals + 3 * corner_vertex(scene, t, k), normal);
+        }
+        vec3_normalize(normal);
+    } else {
+        memcpy(normal, face, sizeof normal);
+    }
+    if (r->occlusion) {
+        sky = r->smooth ? 0.0f : occlusion_at(r, t);
+        for (size_t k = 0; r->smooth && k < 3; ++k) {
+            sky += w[k] * occlusion_at(r, corner_vertex(scene, t, k));
+        }
+    }
+    if (vec3_dot(face, direction) > 0.0f) { /* seen from behind: an open surface or a hole; tinted so that it shows */
+        for (int i = 0; i < 3; ++i) {
+            normal[i] = -normal[i];
+        }
+        color = color_mix(color, color_rgb(0.45f, 0.35f, 0.40f), 0.5f);
+        sky = 0.5f;
+    }
+    if (scene->style == RAYCAST_SPRINGL && (scene->edged == 0 || t < scene->edged)) {
+        const float pixel =
+            pixel_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
+        const float width = scene->edge_width > 0.0f ? scene->edge_width : 1.2f;
+        float
+            inner; /* radius of the inscribed circle: small triangles get thin, pale edges instead of turning black */
+        const float edge = side_distance(r->corners + 9 * t, w, &inner) / fmaxf(pixel, 1e-30f);
+        const float room = fminf(1.0f, 0.4f * inner / fmaxf(width * pixel, 1e-30f));
+        const float dark = fmaxf(0.0f, fminf(1.0f, 0.5f * width * room + 0.5f - edge));
+        color =
+            color_mix(color, color_rgb(0.12f * color.r, 0.12f * color.g, 0.14f * color.b), 0.8f * dark * sqrtf(room));
+    }
+    return shade(r, color, normal, direction, sky);
+}
+
+static void render_row(const struct renderer *r, struct image *image, int y)
+{
+    const int n = r->scene->supersampling > 0 ? (r->scene->supersampling < 8 ? r->scene->supersampling : 8) : 2;
+    const float width = (float)image->width, height = (float)image->height,
+                pixel = 2.0f * r->frame.half_height / height;
+    for (int x = 0; x < image->width; ++x) {
+        struct color sum = {0.0f, 0.0f, 0.0f};
+        for (int k = 0; k < n * n; ++k) {
+            float origin[3], direction[3];
+            const float px = (float)x + ((float)(k % n) + 0.5f) / (float)n,
+                        py = (float)y + ((float)(k / n) + 0.5f) / (float)n;
+            make_ray(r, 2.0f * px / width - 1.0f, 1.0f - 2.0f * py / height, origin, direction);
+            const struct color c = sample(r, origin, direction, pixel, py / height);
+            sum = color_rgb(sum.r + c.r, sum.g + c.g, sum.b + c.b);
+        }
+        const float scale = 1.0f / (float)(n * n);
+        image_blend(image, x, y, color_rgb(sqrtf(sum.r * scale), sqrtf(sum.g * scale), sqrtf(sum.b * scale)), 1.0f);
+    }
+}
+
+/* Dots with a dark rim. A dot is hidden as a whole, by one ray to its point: particles lie on their own
+ * triangle, so the last part of the way (a fraction of an edge) does not count. */
+static void draw_dots(const struct renderer *r, struct image *image, const float *points, size_t count, float radius,
+                      struct color color)
+{
+    for (size_t i = 0; i < count; ++i) {
+        float d[3], origin[3], direction[3];
+        vec3_sub(points + 3 * i, r->scene->camera.eye, d);
+        const float depth = vec3_dot(d, r->frame.forward), scale = r->frame.perspective ? depth : 1.0f;
+        if (!(depth > 0.0f)) {
+            continue;
+        }
+        const float x = vec3_dot(d, r->frame.right) / (scale * r->frame.half_width);
+        const float y = vec3_dot(d, r->frame.up) / (scale * r->frame.half_height);
+        if (!(fabsf(x) < 1.1f && fabsf(y) < 1.1f)) {
+            continue;
+        }
+        make_ray(r, x, y, origin, direction);
+        vec3_sub(points + 3 * i, origin, d);
+        if (!bvh_any_hit(&r->bvh, origin, direction, 0.0f, vec3_length(d) - 0.3f * r->mean_edge)) {
+            const float px = 0.5f * (x + 1.0f) * (float)image->width, py = 0.5f * (1.0f - y) * (float)image->height;
+            image_disc(image, px, py, radius + 0.5f, color_mix(color, color_rgb(0.0f, 0.0f, 0.0f), 0.65f));
+            image_disc(image, px, py, radius - 0.3f, color);
+        }
+    }
+}
+
+bool raycast_render(const struct raycast_scene *scene, int width, int height, struct image *result)
+{
+    struct renderer r;
+    memset(&r, 0, sizeof r);
+    r.scene = scene;
+    r.base = color_or(scene->base_color, 0.80f, 0.80f, 0.82f);
+    r.top = color_or(scene->background_top, 0.97f, 0.98f, 0.99f);
+    r.bottom = color_or(scene->background_bottom, 0.84f, 0.87f, 0.91f);
+    r.smooth = scene->style == RAYCAST_SMOOTH;
+    if (!image_create(result, width, height, r.bottom)) {
+        return false;
+    }
+    r.frame = raycast_camera_frame(&scene->camera, (float)width / (float)height);
+    bool good = indices_valid(scene);
+    if (good) {
+        r.corners = malloc(9 * scene->triangle_count * sizeof *r.corners);
+        r.normals = r.smooth ? malloc(3 * scene->vertex_count * sizeof *r.normals) : NULL;
+        r.occlusion = scene->plain
+                          ? NULL
+                          : malloc((r.smooth ? scene->vertex_count : scene->triangle_count) * sizeof *r.occlusion);
+        good = r.corners && (r.normals || !r.smooth) && (r.occlusion || scene->plain);
+    }
+    if (good) {
+        make_corners(&r);
+        good = bvh_build(&r.bvh, r.corners, NULL, scene->triangle_count);
+    }
+    if (good) {
+        for (int i = 0; i < 3; ++i) {
+            r.lo[i] = r.bvh.nodes[0].lo[i];
+            r.hi[i] = r.bvh.nodes[0].hi[i];
+            r.originals_lo[i] = INFINITY;
+            r.originals_hi[i] = -INFINITY;
+        }
+        if (scene->triangle_originals) {
+            raycast_grow_box(scene->triangle_originals, scene->triangle_count, r.originals_lo, r.originals_hi);
+        } else if (scene->vertex_originals) {
+            raycast_grow_box(scene->vertex_originals, scene->vertex_count, r.originals_lo, r.originals_hi);
+        }
+        if (r.smooth) {
+            make_normals(&r);
+        }
+        good = !r.occlusion || make_occlusion(&r, width, height);
+    }
+    if (!good) {
+        bvh_free(&r.bvh); /* nothing to hit: the background */
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 8)
+#endif
+    for (int y = 0; y < height; ++y) {
+        render_row(&r, result, y);
+    }
+    if (good) {
+        draw_dots(&r, result, scene->marks, scene->mark_count, scene->mark_radius > 0.0f ? scene->mark_radius : 2.0f,
+                  color_or(scene->mark_color, 0.98f, 0.85f, 0.15f));
+        draw_dots(&r, result, scene->particles, scene->particle_count,
+                  scene->particle_radius > 0.0f ? scene->particle_radius : 2.0f,
+                  color_or(scene->particle_color, 0.88f, 0.12f, 0.10f));
+    }
+    bvh_free(&r.bvh);
+    free(r.corners);
+    free(r.normals);
+    free(r.occlusion);
+    return good;
+}

@@ -1,0 +1,606 @@
+#include "registration/register.h"
+
+#include "base/vec3.h"
+#include "imaging/segment_image.h"
+#include "registration/vgrid.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PATIENCE = 10 }; /* iterations over which the difference has to fall by `min_gain` */
+static const float min_gain = 0.01f;
+static const float iterating_step = 0.5f, final_step = 0.05f; /* first steps of exp, voxels */
+static const float nearly_one = 0.8f; /* windows that share so much of their range are one scale */
+static const float local_sigma = 3.0f, local_floor = 0.05f;   /* of REGISTER_LCC: voxels; of the range 0..1 */
+
+struct register_settings register_defaults(void)
+{
+    const struct register_settings settings = {.align = REGISTER_ALIGN_RIGID, .similarity = REGISTER_SSD, .iterations = 100,
+                                               .update_sigma = 2.0f, .velocity_sigma = 0.5f, .longest_update = 1.0f};
+    return settings;
+}
+
+/* ---- images ---- */
+
+bool register_window_of(const struct volume *image, struct register_window *window)
+{
+    window->low = segment_percentile(image, 0.005);
+    window->high = segment_percentile(image, 0.995);
+    if (!(window->high > window->low)) { /* nearly all voxels are equal: a small object */
+        window->low = image->minimum;
+        window->high = image->maximum;
+    }
+    return window->high > window->low;
+}
+
+/* values: normalised, without outliers and without details that cubes of `side` mm cannot hold. */
+static bool prepare(const struct volume *image, struct register_window window, float side, float *values)
+{
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        values[n] = fmaxf(-0.5f, fminf(1.5f, (image->data[n] - window.low) / (window.high - window.low)));
+    }
+    return segment_blur(image, side, values);
+}
+
+/* (I - local mean) / local deviation, so that squared differences are those of a local correlation. */
+static bool normalize_locally(const int dims[3], float *image)
+{
+    const size_t total = vgrid_voxels(dims);
+    float *mean = malloc(total * sizeof *mean), *square = malloc(total * sizeof *square);
+    float *scratch = malloc(total * sizeof *scratch);
+    bool good = mean && square && scratch;
+    for (size_t n = 0; good && n < total; ++n) {
+        mean[n] = image[n];
+        square[n] = image[n] * image[n];
+    }
+    good = good && vgrid_smooth(dims, 1, local_sigma, mean, scratch) && vgrid_smooth(dims, 1, local_sigma, square, scratch);
+    for (size_t n = 0; good && n < total; ++n) {
+        const float variance = fmaxf(0.0f, square[n] - mean[n] * mean[n]);
+        image[n] = (image[n] - mean[n]) / sqrtf(variance + local_floor * local_floor);
+    }
+    free(mean);
+    free(square);
+    free(scratch);
+    return good;
+}
+
+void register_identity(double map[3][4])
+{
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 4; ++c) {
+            map[r][c] = r == c ? 1.0 : 0.0;
+        }
+    }
+}
+
+void register_apply(const double map[3][4], const float x[3], float y[3])
+{
+    double out[3];
+    for (int r = 0; r < 3; ++r) {
+        out[r] = map[r][0] * (double)x[0] + map[r][1] * (double)x[1] + map[r][2] * (double)x[2] + map[r][3];
+    }
+    for (int r = 0; r < 3; ++r) {
+        y[r] = (float)out[r];
+    }
+}
+
+static void invert_affine(const double m[3][4], double out[3][4])
+{
+    double determinant = 0.0;
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) { /* cofactors, cyclic indices carry the sign */
+            const int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
+            out[r][c] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        determinant += m[0][c] * out[c][0];
+    }
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+            out[r][c] /= determinant;
+        }
+        out[r][3] = -(out[r][0] * m[0][3] + out[r][1] * m[1][3] + out[r][2] * m[2][3]);
+    }
+}
+
+/* Voxels of `to`, mapped, in voxels of `from`. */
+static void index_map(const struct volume *to, const double map[3][4], const struct volume *from, float out[3][4])
+{
+    const float corners[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+    float place[4][3], world[3];
+    for (int c = 0; c < 4; ++c) {
+        volume_index_to_world(to, corners[c], world);
+        register_apply(map, world, world);
+        volume_world_to_index(from, world, place[c]);
+    }
+    for (int r = 0; r < 3; ++r) {
+        out[r][3] = place[3][r];
+        for (int c = 0; c < 3; ++c) {
+            out[r][c] = place[c][r] - place[3][r];
+        }
+    }
+}
+
+static bool in_box(const int dims[3], const float x[3])
+{
+    return x[0] >= -0.5f && x[1] >= -0.5f && x[2] >= -0.5f && x[0] <= (float)dims[0] - 0.5f && x[1] <= (float)dims[1] - 0.5f
+           && x[2] <= (float)dims[2] - 0.5f;
+}
+
+void register_resample(const struct volume *from, const float *values, const double map[3][4], const struct volume *to,
+                       float *result, unsigned char *valid)
+{
+    float m[3][4];
+    index_map(to, map, from, m);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < to->dims[2]; ++k) {
+        size_t n = (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
+        for (int j = 0; j < to->dims[1]; ++j) {
+            for (int i = 0; i < to->dims[0]; ++i, ++n) {
+                float x[3];
+                for (int r = 0; r < 3; ++r) {
+                    x[r] = m[r][0] * (float)i + m[r][1] * (float)j + m[r][2] * (float)k + m[r][3];
+                }
+                vgrid_sample(from->dims, 1, values, x, result + n);
+                if (valid) {
+                    valid[n] = in_box(from->dims, x);
+                }
+            }
+        }
+    }
+}
+
+/* ---- demons on one grid ---- */
+
+struct demons {
+    int dims[3];
+    size_t total;
+    float *fixed, *moving;     /* on this grid, the moving one through the affine map */
+    unsigned char *valid;      /* does the moving image reach here? */
+    float *v, *exp_v, *update; /* 3 a voxel */
+    float *warped;
+    float *scratch;
+    double *slices; /* squared differences and numbers of voxels, by slice */
+};
+
+static void demons_free(struct demons *d)
+{
+    free(d->fixed);
+    free(d->moving);
+    free(d->valid);
+    free(d->v);
+    free(d->exp_v);
+    free(d->update);
+    free(d->warped);
+    free(d->scratch);
+    free(d->slices);
+    memset(d, 0, sizeof *d);
+}
+
+static bool demons_create(const int dims[3], struct demons *d)
+{
+    memset(d, 0, sizeof *d);
+    memcpy(d->dims, dims, sizeof d->dims);
+    d->total = vgrid_voxels(dims);
+    d->fixed = malloc(d->total * sizeof *d->fixed);
+    d->moving = malloc(d->total * sizeof *d->moving);
+    d->warped = malloc(d->total * sizeof *d->warped);
+    d->valid = malloc(d->total);
+    d->v = calloc(3 * d->total, sizeof *d->v);
+    d->exp_v = malloc(3 * d->total * sizeof *d->exp_v);
+    d->update = malloc(3 * d->total * sizeof *d->update);
+    d->scratch = malloc(3 * d->total * sizeof *d->scratch);
+    d->slices = malloc(2 * (size_t)dims[2] * sizeof *d->slices);
+    if (d->fixed && d->moving && d->warped && d->valid && d->v && d->exp_v && d->update && d->scratch && d->slices) {
+        return true;
+    }
+    demons_free(d);
+    return false;
+}
+
+/* Twice the gradient of `image` in voxels, at a place inside. */
+static inline void add_gradient(const int dims[3], const float *image, size_t n, const int place[3], float gradient[3])
+{
+    const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
+    for (int a = 0; a < 3; ++a) {
+        const size_t up = place[a] + 1 < dims[a] ? strides[a] : 0, down = place[a] > 0 ? strides[a] : 0;
+        gradient[a] += image[n + up] - image[n - down];
+    }
+}
+
+/* Does the pair of voxel n and the place that u takes it to count? at_place: the mask is asked there, else at n. */
+static inline bool counts(const struct demons *d, const float *u, size_t n, const int place[3], bool at_place)
+{
+    float x[3];
+    for (int a = 0; a < 3; ++a) {
+        x[a] = (float)place[a] + u[3 * n + (size_t)a];
+    }
+    if (!in_box(d->dims, x)) {
+        return false;
+    }
+    if (!at_place) {
+        return d->valid[n] != 0;
+    }
+    size_t at = 0;
+    for (int a = 2; a >= 0; --a) {
+        const int nearest = (int)(fmaxf(0.0f, x[a]) + 0.5f);
+        at = at * (size_t)d->dims[a] + (size_t)(nearest < d->dims[a] ? nearest : d->dims[a] - 1);
+    }
+    return d->valid[at] != 0;
+}
+
+/* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`, where exp_v holds exp(+-v):
+ *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2),   J = (grad still + grad warped) / 2
+ * (eq. 5 of the 2009 paper with efficient second-order minimisation; |u| <= longest). Returns the mean squared difference. */
+static double add_forces(const struct demons *d, const float *still, bool still_is_moving, float longest, float weight)
+{
+    const float damping = 1.0f / (4.0f * longest * longest);
+    const int *dims = d->dims;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < dims[2]; ++k) {
+        size_t n = (size_t)k * (size_t)dims[0] * (size_t)dims[1];
+        double sum = 0.0, number = 0.0;
+        for (int j = 0; j < dims[1]; ++j) {
+            for (int i = 0; i < dims[0]; ++i, ++n) {
+                const int place[3] = {i, j, k};
+                float gradient[3] = {0.0f, 0.0f, 0.0f};
+                const float difference = still[n] - d->warped[n];
+                if (!counts(d, d->exp_v, n, place, !still_is_moving)) {
+                    continue;
+                }
+                add_gradient(dims, still, n, place, gradient);
+                add_gradient(dims, d->warped, n, place, gradient);
+                for (int a = 0; a < 3; ++a) {
+                    gradient[a] *= 0.25f;
+                }
+                const float square = vec3_dot(gradient, gradient) + damping * difference * difference;
+                const float factor = square > 1e-12f ? weight * difference / square : 0.0f;
+                for (size_t a = 0; a < 3; ++a) {
+                    d->update[3 * n + a] += factor * gradient[a];
+                }
+                sum += (double)difference * (double)difference;
+                number += 1.0;
+            }
+        }
+        d->slices[2 * k] = sum;
+        d->slices[2 * k + 1] = number;
+    }
+    double sum = 0.0, number = 0.0;
+    for (int k = 0; k < dims[2]; ++k) {
+        sum += d->slices[2 * k];
+        number += d->slices[2 * k + 1];
+    }
+    return number > 0.0 ? sum / number : 0.0;
+}
+
+/* Mean and deviation of a and b over the voxels that count, in this order. */
+static void moments(const struct demons *d, const float *a, const float *b, double out[4])
+{
+    double sum[5] = {0.0, 0.0, 0.0, 0.0, 1e-30};
+    for (size_t n = 0; n < d->total; ++n) {
+        if (d->valid[n]) {
+            sum[0] += (double)a[n];
+            sum[1] += (double)a[n] * (double)a[n];
+            sum[2] += (double)b[n];
+            sum[3] += (double)b[n] * (double)b[n];
+            sum[4] += 1.0;
+        }
+    }
+    for (int i = 0; i < 4; i += 2) {
+        out[i] = sum[i] / sum[4];
+        out[i + 1] = sqrt(fmax(1e-12, sum[i + 1] / sum[4] - out[i] * out[i]));
+    }
+}
+
+/* The moving image takes the fixed one's mean and deviation, as seen through the present map: the better the images lie on
+ * each other, the better their scales agree. Percentiles alone compare what fills the images, not the same places. */
+static void match_scales(struct demons *d)
+{
+    double m[4];
+    moments(d, d->fixed, d->warped, m);
+    const float gain = (float)(m[1] / m[3]), offset = (float)(m[0] - m[2] * m[1] / m[3]);
+    for (size_t n = 0; n < d->total; ++n) {
+        d->moving[n] = gain * d->moving[n] + offset;
+        d->warped[n] = gain * d->warped[n] + offset;
+    }
+}
+
+/* v <- G_velocity * (v + G_update * (u_forward - u_back) / 2); returns the mean squared difference before it. */
+static bool iterate(struct demons *d, const struct register_settings *set, double *difference)
+{
+    const float half = set->one_sided ? 1.0f : 0.5f;
+    memset(d->update, 0, 3 * d->total * sizeof *d->update);
+    vgrid_exp(d->dims, d->v, 1.0f, iterating_step, d->exp_v, d->scratch);
+    vgrid_warp(d->dims, d->moving, d->exp_v, d->warped);
+    if (!set->one_scale && set->similarity == REGISTER_SSD) {
+        match_scales(d);
+    }
+    *difference = add_forces(d, d->fixed, false, set->longest_update, half);
+    if (!set->one_sided) {
+        vgrid_exp(d->dims, d->v, -1.0f, iterating_step, d->exp_v, d->scratch);
+        vgrid_warp(d->dims, d->fixed, d->exp_v, d->warped);
+        *difference = 0.5 * (*difference + add_forces(d, d->moving, true, set->longest_update, -half));
+    }
+    if (!vgrid_smooth(d->dims, 3, set->update_sigma, d->update, d->scratch)) {
+        return false;
+    }
+    for (size_t n = 0; n < 3 * d->total; ++n) {
+        d->v[n] += d->update[n];
+    }
+    return vgrid_smooth(d->dims, 3, set->velocity_sigma, d->v, d->scratch);
+}
+
+static bool run_level(struct demons *d, const struct register_settings *set, struct register_level *level)
+{
+    double history[PATIENCE];
+    for (level->iterations = 0; level->iterations < set->iterations; ++level->iterations) {
+        double difference = 0.0, *slot = &history[level->iterations % PATIENCE];
+        if (!iterate(d, set, &difference)) {
+            return false;
+        }
+        level->start = level->iterations == 0 ? difference : level->start;
+        level->end = difference;
+        if (level->iterations >= PATIENCE && difference > (1.0 - (double)min_gain) * *slot) {
+            break;
+        }
+        *slot = difference;
+    }
+    return true;
+}
+
+/* ---- pyramid ---- */
+
+/* Velocities from one grid of cubes to another, each in its own voxels. */
+static void transfer(const struct volume *from, const float *v, const struct volume *to, float *out)
+{
+    const float ratio = from->spacing[0] / to->spacing[0];
+    double identity[3][4];
+    float m[3][4];
+    register_identity(identity);
+    index_map(to, (const double(*)[4])identity, from, m);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < to->dims[2]; ++k) {
+        size_t n = (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
+        for (int j = 0; j < to->dims[1]; ++j) {
+            for (int i = 0; i < to->dims[0]; ++i, ++n) {
+                float x[3];
+                for (int r = 0; r < 3; ++r) {
+                    x[r] = m[r][0] * (float)i + m[r][1] * (float)j + m[r][2] * (float)k + m[r][3];
+                }
+                vgrid_sample(from->dims, 3, v, x, out + 3 * n);
+                for (size_t c = 0; c < 3; ++c) {
+                    out[3 * n + c] *= ratio;
+                }
+            }
+        }
+    }
+}
+
+struct pair {
+    const struct volume *fixed, *moving;
+    struct register_window fixed_window, moving_window;
+    float *fixed_values, *moving_values; /* prepared, on the images' own grids */
+};
+
+static bool prepare_pair(struct pair *pair, float side)
+{
+    return prepare(pair->fixed, pair->fixed_window, side, pair->fixed_values)
+           && prepare(pair->moving, pair->moving_window, side, pair->moving_values);
+}
+
+static bool fill_level(struct pair *pair, const struct volume *grid, const struct registration *reg,
+                       enum register_similarity similarity, struct demons *d)
+{
+    double identity[3][4];
+    register_identity(identity);
+    if (!prepare_pair(pair, grid->spacing[0])) {
+        return false;
+    }
+    register_resample(pair->fixed, pair->fixed_values, (const double(*)[4])identity, grid, d->fixed, NULL);
+    register_resample(pair->moving, pair->moving_values, (const double(*)[4])reg->affine, grid, d->moving, d->valid);
+    return similarity != REGISTER_LCC || (normalize_locally(d->dims, d->fixed) && normalize_locally(d->dims, d->moving));
+}
+
+/* Cubes over the fixed image, the geometry alone. */
+static bool level_grid(const struct volume *fixed, float side, struct volume *grid)
+{
+    if (!volume_create_cubes(fixed, side, 0, grid)) {
+        return false;
+    }
+    free(grid->data);
+    grid->data = NULL;
+    return true;
+}
+
+static bool demons_level(struct pair *pair, const struct register_settings *set, float side, const struct registration *start,
+                         struct registration *reg, struct register_level *level)
+{
+    struct demons d;
+    struct volume grid;
+    level->side = side;
+    if (!level_grid(pair->fixed, side, &grid) || !demons_create(grid.dims, &d)) {
+        return false;
+    }
+    bool good = fill_level(pair, &grid, reg, set->similarity, &d);
+    if (reg->velocity) {
+        transfer(&reg->grid, reg->velocity, &grid, d.v);
+    } else if (start) {
+        transfer(&start->grid, start->velocity, &grid, d.v);
+    }
+    good = good && run_level(&d, set, level);
+    free(reg->velocity);
+    volume_free(&reg->grid);
+    reg->grid = grid;
+    reg->velocity = d.v;
+    d.v = NULL;
+    demons_free(&d);
+    return good;
+}
+
+static bool exponentiate(struct registration *reg)
+{
+    const size_t bytes = 3 * volume_voxels(&reg->grid) * sizeof(float);
+    float *scratch = malloc(bytes);
+    reg->forward = malloc(bytes);
+    reg->inverse = malloc(bytes);
+    const bool good = scratch && reg->forward && reg->inverse;
+    if (good) {
+        vgrid_exp(reg->grid.dims, reg->velocity, 1.0f, final_step, reg->forward, scratch);
+        vgrid_exp(reg->grid.dims, reg->velocity, -1.0f, final_step, reg->inverse, scratch);
+    }
+    free(scratch);
+    return good;
+}
+
+/* The affine map on the coarser half of the grids, where demons would spend their time on it. */
+static bool align(struct pair *pair, const struct register_settings *set, float finest, int levels, struct registration *reg)
+{
+    bool good = true;
+    for (int l = levels - 1; good && l >= levels / 2 && set->align != REGISTER_ALIGN_NONE; --l) {
+        struct volume fixed, moving = *pair->moving;
+        double identity[3][4];
+        register_identity(identity);
+        good = prepare_pair(pair, ldexpf(finest, l)) && volume_create_cubes(pair->fixed, ldexpf(finest, l), 0, &fixed);
+        if (good) {
+            register_resample(pair->fixed, pair->fixed_values, (const double(*)[4])identity, &fixed, fixed.data, NULL);
+            moving.data = pair->moving_values;
+            good = register_affine(&fixed, &moving, set->align, reg->affine);
+            volume_free(&fixed);
+        }
+    }
+    invert_affine((const double(*)[4])reg->affine, reg->affine_inverse);
+    return good;
+}
+
+static int choose_levels(const struct volume *fixed, float side, int wanted)
+{
+    float shortest = INFINITY;
+    int levels = 1;
+    for (int a = 0; a < 3; ++a) {
+        shortest = fminf(shortest, (float)fixed->dims[a] * fixed->spacing[a] / side);
+    }
+    while (levels < REGISTER_MAX_LEVELS && ldexpf(shortest, -levels) >= (float)REGISTER_MIN_CELLS) {
+        ++levels;
+    }
+    return wanted > 0 ? wanted : levels;
+}
+
+/* The part that two windows share of what they cover together. */
+static float shared(const struct register_window *a, const struct register_window *b)
+{
+    return (fminf(a->high, b->high) - fmaxf(a->low, b->low)) / (fmaxf(a->high, b->high) - fminf(a->low, b->low));
+}
+
+/* *one_scale: asked for, or found because the windows nearly agree. */
+static bool choose_windows(struct pair *pair, bool *one_scale, char error[VOLUME_TEXT])
+{
+    struct register_window *f = &pair->fixed_window, *m = &pair->moving_window;
+    if (!register_window_of(pair->fixed, f) || !register_window_of(pair->moving, m)) {
+        snprintf(error, VOLUME_TEXT, "an image is constant: there is nothing to register");
+        return false;
+    }
+    *one_scale = *one_scale || shared(f, m) > nearly_one;
+    if (*one_scale) {
+        f->low = m->low = fminf(f->low, m->low);
+        f->high = m->high = fmaxf(f->high, m->high);
+    }
+    return true;
+}
+
+bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *wanted,
+                     const struct registration *start, struct registration *result, char error[VOLUME_TEXT])
+{
+    struct register_settings set = *wanted;
+    struct pair pair = {.fixed = fixed, .moving = moving};
+    const float side = cbrtf(fixed->spacing[0] * fixed->spacing[1] * fixed->spacing[2]);
+    memset(result, 0, sizeof *result);
+    register_identity(result->affine);
+    if (!choose_windows(&pair, &set.one_scale, error)) {
+        return false;
+    }
+    result->one_scale = set.one_scale;
+    snprintf(error, VOLUME_TEXT, "not enough memory");
+    pair.fixed_values = malloc(volume_voxels(fixed) * sizeof *pair.fixed_values);
+    pair.moving_values = malloc(volume_voxels(moving) * sizeof *pair.moving_values);
+    result->level_count = choose_levels(fixed, side, set.levels);
+    bool good = pair.fixed_values && pair.moving_values && align(&pair, &set, side, result->level_count, result);
+    for (int l = result->level_count - 1; good && l >= 0; --l) {
+        good = demons_level(&pair, &set, ldexpf(side, l), start, result, &result->levels[l]);
+    }
+    good = good && exponentiate(result);
+    free(pair.fixed_values);
+    free(pair.moving_values);
+    if (!good) {
+        registration_free(result);
+    }
+    return good;
+}
+
+bool registration_substep(const struct registration *registration, int substeps, struct registration *substep)
+{
+    const size_t count = 3 * volume_voxels(&registration->grid);
+    memset(substep, 0, sizeof *substep);
+    register_identity(substep->affine);
+    register_identity(substep->affine_inverse);
+    substep->velocity = malloc(count * sizeof *substep->velocity);
+    bool good = substep->velocity && level_grid(&registration->grid, registration->grid.spacing[0], &substep->grid);
+    for (size_t n = 0; good && n < count; ++n) {
+        substep->velocity[n] = registration->velocity[n] / (float)substeps;
+    }
+    good = good && exponentiate(substep);
+    if (!good) {
+        registration_free(substep);
+    }
+    return good;
+}
+
+void registration_free(struct registration *registration)
+{
+    volume_free(&registration->grid);
+    free(registration->velocity);
+    free(registration->forward);
+    free(registration->inverse);
+    memset(registration, 0, sizeof *registration);
+}
+
+/* ---- the map ---- */
+
+static void displace(const struct volume *grid, const float *u, const float world[3], float mapped[3])
+{
+    float index[3], shift[3];
+    volume_world_to_index(grid, world, index);
+    vgrid_sample(grid->dims, 3, u, index, shift);
+    for (int a = 0; a < 3; ++a) {
+        index[a] += shift[a];
+    }
+    volume_index_to_world(grid, index, mapped);
+}
+
+void registration_map(const void *registration, const float *points, size_t count, float *mapped)
+{
+    const struct registration *reg = registration;
+    for (size_t n = 0; n < 3 * count; n += 3) {
+        float there[3];
+        displace(&reg->grid, reg->forward, points + n, there);
+        register_apply((const double(*)[4])reg->affine, there, mapped + n);
+    }
+}
+
+void registration_map_back(const void *registration, const float *points, size_t count, float *mapped)
+{
+    const struct registration *reg = registration;
+    for (size_t n = 0; n < 3 * count; n += 3) {
+        float there[3];
+        register_apply((const double(*)[4])reg->affine_inverse, points + n, there);
+        displace(&reg->grid, reg->inverse, there, mapped + n);
+    }
+}

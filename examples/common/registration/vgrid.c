@@ -1,0 +1,261 @@
+#include "registration/vgrid.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- interpolation ---- */
+
+/* The corner below x and the weight of the next one, along an axis of n samples; step: to the next corner, 0 at the end. */
+static inline size_t corner(float x, int n, float *t, size_t *step)
+{
+    const float inside = fmaxf(0.0f, fminf((float)(n - 1), x));
+    const size_t low = (size_t)inside;
+    *t = inside - (float)low;
+    *step = low + 1 < (size_t)n ? 1 : 0;
+    return low;
+}
+
+/* Made for a constant number of channels, so that the loops over it unroll. */
+static inline void sample(const int dims[3], size_t channels, const float *values, const float x[3], float *out)
+{
+    float t[3];
+    size_t step[3], low[3];
+    for (int a = 0; a < 3; ++a) {
+        low[a] = corner(x[a], dims[a], &t[a], &step[a]);
+    }
+    const size_t row = (size_t)dims[0] * channels, slice = row * (size_t)dims[1];
+    const float *at = values + low[0] * channels + low[1] * row + low[2] * slice;
+    const size_t dx = step[0] * channels, dy = step[1] * row, dz = step[2] * slice;
+    for (size_t c = 0; c < channels; ++c, ++at) {
+        const float a = at[0] + t[0] * (at[dx] - at[0]), b = at[dy] + t[0] * (at[dy + dx] - at[dy]);
+        const float d = at[dz] + t[0] * (at[dz + dx] - at[dz]), e = at[dz + dy] + t[0] * (at[dz + dy + dx] - at[dz + dy]);
+        const float front = a + t[1] * (b - a), back = d + t[1] * (e - d);
+        out[c] = front + t[2] * (back - front);
+    }
+}
+
+void vgrid_sample(const int dims[3], int channels, const float *values, const float x[3], float *out)
+{
+    if (channels == 3) {
+        sample(dims, 3, values, x, out);
+    } else {
+        sample(dims, 1, values, x, out);
+    }
+}
+
+/* ---- smoothing ---- */
+
+/* out += weight * in */
+static inline void add_row(float *restrict out, const float *restrict in, float weight, size_t count)
+{
+    for (size_t i = 0; i < count; ++i) {
+        out[i] += weight * in[i];
+    }
+}
+
+static inline int clamp(int i, int n) { return i < 0 ? 0 : i < n ? i : n - 1; }
+
+struct kernel {
+    const float *weights; /* reach + 1 of them, for distances 0, 1, ... */
+    int half_width;
+};
+
+/* Along x: the row and its ends go to a wider one, whose shifted copies are added up. */
+static void smooth_row(const struct kernel *kernel, int n, size_t channels, const float *in, float *out, float *wide)
+{
+    const size_t count = (size_t)n * channels;
+    for (int i = -kernel->half_width; i < n + kernel->half_width; ++i) {
+        memcpy(wide + (size_t)(i + kernel->half_width) * channels, in + (size_t)clamp(i, n) * channels, channels * sizeof *in);
+    }
+    memset(out, 0, count * sizeof *out);
+    for (int d = -kernel->half_width; d <= kernel->half_width; ++d) {
+        add_row(out, wide + (size_t)(d + kernel->half_width) * channels, kernel->weights[abs(d)], count);
+    }
+}
+
+/* Along y (axis 1) or z (axis 2): whole rows are added up. */
+static void smooth_across(const struct kernel *kernel, const int dims[3], int axis, size_t row, const float *in, float *out)
+{
+    const size_t slice = row * (size_t)dims[1], stride = axis == 1 ? row : slice;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < dims[2]; ++k) {
+        for (int j = 0; j < dims[1]; ++j) {
+            float *to = out + (size_t)k * slice + (size_t)j * row;
+            const int place = axis == 1 ? j : k;
+            const float *line = in + (size_t)k * slice + (size_t)j * row - (size_t)place * stride;
+            memset(to, 0, row * sizeof *to);
+            for (int d = -kernel->half_width; d <= kernel->half_width; ++d) {
+                add_row(to, line + (size_t)clamp(place + d, dims[axis]) * stride, kernel->weights[abs(d)], row);
+            }
+        }
+    }
+}
+
+static void smooth_along_x(const struct kernel *kernel, const int dims[3], size_t channels, const float *in, float *out,
+                           float *wide, size_t wide_size)
+{
+    const size_t row = (size_t)dims[0] * channels;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < dims[2]; ++k) {
+        for (int j = 0; j < dims[1]; ++j) {
+            const size_t at = row * ((size_t)j + (size_t)dims[1] * (size_t)k);
+            smooth_row(kernel, dims[0], channels, in + at, out + at, wide + (size_t)k * wide_size);
+        }
+    }
+}
+
+bool vgrid_smooth(const int dims[3], int channels, float sigma, float *data, float *scratch)
+{
+    const int half_width = (int)ceilf(3.0f * sigma);
+    const size_t row = (size_t)dims[0] * (size_t)channels, wide_size = row + (size_t)(2 * half_width * channels);
+    const size_t bytes = vgrid_voxels(dims) * (size_t)channels * sizeof *data;
+    float sum = 0.0f;
+    if (!(sigma > 0.01f)) {
+        return true;
+    }
+    float *weights = malloc((size_t)(half_width + 1) * sizeof *weights);
+    float *wide = malloc(wide_size * (size_t)dims[2] * sizeof *wide); /* a row for every slice, so for every thread */
+    if (weights && wide) {
+        for (int d = 0; d <= half_width; ++d) {
+            weights[d] = expf(-0.5f * (float)(d * d) / (sigma * sigma));
+            sum += d > 0 ? 2.0f * weights[d] : weights[d];
+        }
+        for (int d = 0; d <= half_width; ++d) {
+            weights[d] /= sum;
+        }
+        const struct kernel kernel = {weights, half_width};
+        smooth_along_x(&kernel, dims, (size_t)channels, data, scratch, wide, wide_size);
+        smooth_across(&kernel, dims, 1, row, scratch, data);
+        smooth_across(&kernel, dims, 2, row, data, scratch);
+        memcpy(data, scratch, bytes);
+    }
+    const bool good = weights && wide;
+    free(weights);
+    free(wide);
+    return good;
+}
+
+/* ---- maps ---- */
+
+/* The place x + s u(x) of voxel (i,j,k). */
+static inline void target(const float *u, float s, int i, int j, int k, float x[3])
+{
+    x[0] = (float)i + s * u[0];
+    x[1] = (float)j + s * u[1];
+    x[2] = (float)k + s * u[2];
+}
+
+void vgrid_warp(const int dims[3], const float *values, const float *u, float *out)
+{
+    const size_t slice = (size_t)dims[0] * (size_t)dims[1];
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < dims[2]; ++k) {
+        size_t n = (size_t)k * slice;
+        for (int j = 0; j < dims[1]; ++j) {
+            for (int i = 0; i < dims[0]; ++i, ++n) {
+                float x[3];
+                target(u + 3 * n, 1.0f, i, j, k, x);
+                sample(dims, 1, values, x, out + n);
+            }
+        }
+    }
+}
+
+/* out(x) = a * first(x) + b * after(x + s first(x)) */
+static void blend(const int dims[3], float a, const float *first, float b, const float *after, float s, float *out)
+{
+    const size_t slice = (size_t)dims[0] * (size_t)dims[1];
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < dims[2]; ++k) {
+        size_t n = (size_t)k * slice;
+        for (int j = 0; j < dims[1]; ++j) {
+            for (int i = 0; i < dims[0]; ++i, ++n) {
+                float x[3], there[3];
+                target(first + 3 * n, s, i, j, k, x);
+                sample(dims, 3, after, x, there);
+                for (size_t c = 0; c < 3; ++c) {
+                    out[3 * n + c] = a * first[3 * n + c] + b * there[c];
+                }
+            }
+        }
+    }
+}
+
+void vgrid_compose(const int dims[3], const float *after, const float *first, float *out)
+{
+    blend(dims, 1.0f, first, 1.0f, after, 1.0f, out);
+}
+
+void vgrid_exp(const int dims[3], const float *v, float scale, float longest, float *out, float *scratch)
+{
+    const size_t bytes = 3 * vgrid_voxels(dims) * sizeof *out;
+    const float length = fabsf(scale) * vgrid_longest(dims, v);
+    int squarings = 0;
+    while (squarings < 30 && ldexpf(length, -squarings) > longest) {
+        ++squarings;
+    }
+    const float step = ldexpf(scale, -squarings);
+    blend(dims, 0.0f, v, step, v, 0.5f * step, out); /* midpoint rule: h v(x + h/2 v(x)) */
+    for (int s = 0; s < squarings; ++s) {
+        vgrid_compose(dims, out, out, scratch);
+        memcpy(out, scratch, bytes);
+    }
+}
+
+float vgrid_invert(const int dims[3], const float *u, int iterations, float *inverse, float *scratch)
+{
+    const size_t count = 3 * vgrid_voxels(dims);
+    memset(inverse, 0, count * sizeof *inverse);
+    for (int i = 0; i < iterations; ++i) {
+        blend(dims, 0.0f, inverse, -1.0f, u, 1.0f, scratch);
+        memcpy(inverse, scratch, count * sizeof *inverse);
+    }
+    vgrid_compose(dims, u, inverse, scratch);
+    return vgrid_longest(dims, scratch);
+}
+
+float vgrid_longest(const int dims[3], const float *u)
+{
+    float longest = 0.0f;
+    for (size_t n = 0; n < vgrid_voxels(dims); ++n) {
+        const float length = u[3 * n] * u[3 * n] + u[3 * n + 1] * u[3 * n + 1] + u[3 * n + 2] * u[3 * n + 2];
+        longest = fmaxf(longest, length);
+    }
+    return sqrtf(longest);
+}
+
+void vgrid_jacobian(const int dims[3], const float *u, float *determinants)
+{
+    const size_t strides[3] = {3, 3 * (size_t)dims[0], 3 * (size_t)dims[0] * (size_t)dims[1]};
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < dims[2]; ++k) {
+        size_t n = (size_t)k * (size_t)dims[0] * (size_t)dims[1];
+        for (int j = 0; j < dims[1]; ++j) {
+            for (int i = 0; i < dims[0]; ++i, ++n) {
+                const int place[3] = {i, j, k};
+                float d[3][3]; /* d[a] = column a of I + du/dx */
+                for (int a = 0; a < 3; ++a) {
+                    const size_t up = place[a] + 1 < dims[a] ? strides[a] : 0, down = place[a] > 0 ? strides[a] : 0;
+                    const float h = up && down ? 0.5f : up || down ? 1.0f : 0.0f;
+                    for (size_t c = 0; c < 3; ++c) {
+                        d[a][c] = (c == (size_t)a ? 1.0f : 0.0f) + h * (u[3 * n + c + up] - u[3 * n + c - down]);
+                    }
+                }
+                determinants[n] = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1])
+                                  - d[1][0] * (d[0][1] * d[2][2] - d[0][2] * d[2][1])
+                                  + d[2][0] * (d[0][1] * d[1][2] - d[0][2] * d[1][1]);
+            }
+        }
+    }
+}

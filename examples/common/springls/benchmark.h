@@ -1,0 +1,91 @@
+/* benchmark.h - moves a shape through a flow whose answer is known and measures how far springls are from it.
+ *
+ * Everything is in voxels: the model's world is its grid. What is measured, over all springls at the end (t = T):
+ *   deformation  |phi_exact(p)|                      how far particles are from the exact surface
+ *   tracking     |p - a|                             how far particles are from where they started (the flow ends there)
+ *   halfway      |flow(a, 0 -> T/2) - p| at t = T/2  tracking without the credit that reversing time gives
+ *   surface      |phi_exact(v)| over the vertices of the zero level
+ *   volume       enclosed by the zero level (divergence theorem): change = against t = 0, error = against the exact shape */
+#ifndef EXAMPLES_SPRINGLS_BENCHMARK_H
+#define EXAMPLES_SPRINGLS_BENCHMARK_H
+
+#include "base/cli.h"
+#include "springls.h"
+#include "springls/model_pictures.h"
+
+/* What the paper reports for a setting; texts for the table, NULL where it says nothing. */
+struct benchmark_published {
+    int grid;
+    double period;
+    const char *source, *springls, *deformation, *tracking, *volume, *time;
+};
+
+struct benchmark {
+    const char *name, *title;
+    int grid, steps; /* 0 steps: as many as two voxels a step make */
+    double period, duration; /* of the flow; of the whole run, in the flow's time */
+    bool reverses;           /* time turns back at T/2; else the body goes round */
+    springls_implicit_fn shape;
+    void *shape_data;
+    double shape_volume;
+    springls_velocity_fn velocity;
+    void *flow;
+    /* The same velocity in double precision; time_factor is what depends on time alone. */
+    void (*exact_velocity)(const void *flow, const double x[3], double time_factor, double v[3]);
+    double (*exact_time_factor)(const void *flow, double time);
+    float view[3], up[3]; /* pictures: from the object to the eye; the direction upwards */
+    const struct benchmark_published *published;
+    int published_count;
+};
+
+struct benchmark_options {
+    struct cli_common common;
+    const char *set, *topology, *series;
+    bool every_step;
+    int steps, frames;
+};
+
+enum { BENCHMARK_OPTION_COUNT = 6 };
+
+struct benchmark_options benchmark_defaults(void);
+/* Fills the first BENCHMARK_OPTION_COUNT entries of a program's table. */
+void benchmark_option_table(struct benchmark_options *options, struct cli_option *table);
+
+struct benchmark_error {
+    double mean, std, q99, max; /* q99: of 99 in 100 */
+};
+
+struct benchmark_result {
+    int steps, springls_initial, springls_final, threads;
+    double springls_mean;
+    struct benchmark_error deformation, tracking, halfway, surface;
+    double volume_change_percent, volume_error_percent;
+    int components, euler;
+    int components_min, components_max, euler_min, euler_max; /* over all steps, with --every-step */
+    double seconds_total, seconds_stage[SPRINGLS_STAGE_COUNT];
+    size_t model_bytes;
+    uint64_t state_hash;
+    char backend[256]; /* "scalar", or the device's name */
+    double kernels_per_step, downloads_per_step, bytes_down_per_step; /* of the device, measuring left out */
+    springls_stats stats;
+};
+
+/* Everything between the command line and the exit status. */
+int benchmark_main(const struct benchmark *benchmark, const struct benchmark_options *options);
+
+/* ---- pieces ---- */
+struct benchmark_error benchmark_summary(double *values, int count); /* sorts them; NAN when there are none */
+/* Points, 3 numbers each, moved by the exact flow from time 0 to `time`. */
+void benchmark_flow(const struct benchmark *benchmark, double time, double *points, int count);
+struct benchmark_error benchmark_deformation(const struct benchmark *benchmark, springls_view particles);
+struct benchmark_error benchmark_tracking(springls_view particles, springls_view correspondences);
+/* Correspondences carried by the exact flow to `time`, against the particles. */
+struct benchmark_error benchmark_flow_error(const struct benchmark *benchmark, double time, springls_view particles,
+                                            springls_view correspondences);
+
+bool benchmark_write_json(const struct benchmark *benchmark, const struct benchmark_options *options,
+                          const struct benchmark_result *result);
+void benchmark_print_table(const struct benchmark *benchmark, const struct benchmark_options *options,
+                           const struct benchmark_result *result);
+
+#endif

@@ -1,0 +1,221 @@
+#define _POSIX_C_SOURCE 200809L
+
+#include "springls/run_options.h"
+
+#include "base/progress.h"
+
+#include <errno.h>
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+struct member {
+    const char *name;
+    size_t offset;
+    bool is_float; /* else int, or an enumeration of that size */
+};
+
+#define REAL(name) {#name, offsetof(springls_params, name), true}
+#define INTEGER(name) {#name, offsetof(springls_params, name), false}
+
+static const struct member members[] = {
+    REAL(d_max),             REAL(particle_radius),    REAL(neighbor_radius),
+    INTEGER(max_neighbors),    INTEGER(relax_iterations),  INTEGER(threshold),
+    INTEGER(weight),           INTEGER(torque),            REAL(sharpness),
+    REAL(kappa_int),         REAL(kappa_ext),          REAL(relax_step_length),
+    REAL(relax_step_rotation), INTEGER(relax_same_side), REAL(contract_distance),
+    REAL(min_angle),         REAL(max_angle),          REAL(min_area),
+    INTEGER(reshape),          REAL(merge_distance),     INTEGER(resample_period),
+    INTEGER(resample_last),    REAL(split_edge),         REAL(split_area),
+    INTEGER(placement),        REAL(band_half_width),    REAL(capture_range),
+    INTEGER(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
+    REAL(curvature),         INTEGER(carry_level_set), INTEGER(project_level_set), INTEGER(nucleate),
+    INTEGER(keep_thin),        INTEGER(keep_edges),        INTEGER(fill_from_springls), INTEGER(topology),
+    REAL(nearest_rule),      INTEGER(track_iterations),  REAL(track_step),
+    INTEGER(vertex_velocity),  INTEGER(half_time_sampling), INTEGER(initial_stride),
+    INTEGER(project_initial),   INTEGER(volume_lock),
+};
+
+static const struct member *find_member(const char *name, size_t length)
+{
+    for (size_t i = 0; i < sizeof members / sizeof *members; ++i) {
+        if (strlen(members[i].name) == length && strncmp(members[i].name, name, length) == 0) {
+            return &members[i];
+        }
+    }
+    return NULL;
+}
+
+const char *run_member_at(size_t offset)
+{
+    for (size_t i = 0; i < sizeof members / sizeof *members; ++i) {
+        if (members[i].offset <= offset && offset < members[i].offset + 4) {
+            return members[i].name;
+        }
+    }
+    return "one that --set does not know either";
+}
+
+/* One "name=value" of `length` characters. */
+static bool set_member(springls_params *params, const char *text, size_t length)
+{
+    char value[64];
+    const char *equals = memchr(text, '=', length);
+    const struct member *member = equals ? find_member(text, (size_t)(equals - text)) : NULL;
+    const size_t value_length = equals ? length - (size_t)(equals + 1 - text) : 0;
+    double real = 0.0;
+    int integer = 0;
+    if (!member || value_length >= sizeof value) {
+        return false;
+    }
+    memcpy(value, equals + 1, value_length);
+    value[value_length] = '\0';
+    char *place = (char *)params + member->offset;
+    if (member->is_float && cli_read_double(value, &real) && fabs(real) <= FLT_MAX) {
+        const float single = (float)real;
+        memcpy(place, &single, sizeof single);
+        return true;
+    }
+    if (!member->is_float && cli_read_int(value, &integer)) {
+        memcpy(place, &integer, sizeof integer);
+        return true;
+    }
+    return false;
+}
+
+static int set_params(const char *program, const char *set, springls_params *params)
+{
+    for (const char *item = set; item && *item;) {
+        const size_t length = strcspn(item, ",");
+        if (!set_member(params, item, length)) {
+            return cli_fail(program, CLI_EXIT_USAGE, "--set %.*s: expected name=value with a member of springls_params",
+                            (int)length, item);
+        }
+        item += length + (item[length] == ',' ? 1 : 0);
+    }
+    return CLI_CONTINUE;
+}
+
+/* Looked at before the run, not after it. */
+static int make_folder(const char *program, const char *path)
+{
+    const bool made = mkdir(path, 0777) == 0 || errno == EEXIST;
+    struct stat info;
+    if (!made) {
+        return cli_fail(program, CLI_EXIT_FAILURE, "cannot make the folder %s: %s", path, strerror(errno));
+    }
+    if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
+        return cli_fail(program, CLI_EXIT_FAILURE, "%s is no folder", path);
+    }
+    return access(path, W_OK) == 0 ? CLI_CONTINUE
+                                   : cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
+}
+
+int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)
+{
+    *params = strcmp(common->params, "paper") == 0 ? springls_paper_params() : springls_default_params();
+    const int status = set_params(program, set, params);
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+#ifdef _OPENMP
+    if (common->threads > 0) {
+        omp_set_num_threads(common->threads);
+    }
+#else
+    if (common->threads > 1) {
+        return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
+    }
+#endif
+    return common->out ? make_folder(program, common->out) : CLI_CONTINUE;
+}
+
+int run_threads(void)
+{
+#ifdef _OPENMP
+    return omp_get_max_threads();
+#else
+    return 1;
+#endif
+}
+
+const char *run_path(const char *folder, const char *name, char *path, size_t size)
+{
+    snprintf(path, size, "%s/%s", folder, name);
+    return path;
+}
+
+static void warn(void *user, int level, const char *message)
+{
+    if (level < 3) {
+        cli_fail(user, 0, "%s", message);
+    }
+}
+
+springls_backend *run_backend(const char *program, const struct cli_common *common)
+{
+    springls_cl_desc desc;
+    springls_backend *backend = NULL;
+    memset(&desc, 0, sizeof desc);
+    desc.timed = true;
+    desc.logger.log = warn;
+    desc.logger.user = (void *)(uintptr_t)program;
+    if (strcmp(common->backend, "opencl") == 0) {
+        springls_cl_create(&desc, &backend);
+    }
+    return backend;
+}
+
+const char *run_backend_name(const springls_backend *backend)
+{
+    return backend ? springls_cl_name(backend) : "scalar";
+}
+
+static void keep_message(void *user, int level, const char *message)
+{
+    (void)level;
+    snprintf(user, 256, "%s", message);
+}
+
+/* Wall clock, also without OpenMP. */
+static double run_clock(void *user)
+{
+    (void)user;
+    return elapsed_seconds();
+}
+
+int run_create(const char *program, springls_desc *desc, springls_context **ctx)
+{
+    char message[256] = "no reason given";
+    desc->trace.now = run_clock;
+    springls_desc noting = *desc;
+    noting.logger.log = keep_message;
+    noting.logger.user = message;
+    springls_status status = springls_create(&noting, ctx);
+    if (status == SPRINGLS_OK) { /* once more, without the logger that lives here */
+        springls_destroy(*ctx);
+        status = springls_create(desc, ctx);
+    }
+    if (status != SPRINGLS_OK) {
+        const bool usage = status == SPRINGLS_INVALID_ARGUMENT;
+        return cli_fail(program, usage ? CLI_EXIT_USAGE : CLI_EXIT_FAILURE, "%s%s", usage ? "parameter or grid: " : "", message);
+    }
+    return CLI_CONTINUE;
+}
+
+bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing)
+{
+    const char *why = status == SPRINGLS_OK ? "" : springls_last_error(ctx);
+    if (status == SPRINGLS_OK) {
+        return true;
+    }
+    cli_fail(program, CLI_EXIT_FAILURE, "%s: %s", doing,
+             status == SPRINGLS_EMPTY_MODEL ? "no surface inside the image" : why[0] ? why : springls_status_string(status));
+    return false;
+}

@@ -1,0 +1,122 @@
+/* morph.c - a walking character becomes another one (paper, section 5.8).
+ *
+ *   morph --out result                                            # two bodies that come with the program
+ *   morph Knight.glb Mage.glb --animation Walking_A --out result
+ *   morph Fox.glb CesiumMan.glb --map examples/morph/fox_to_man.txt --out result # different skeletons: which joint is which
+ *   morph Knight.glb --list
+ *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
+ *
+ * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. Each frame the skeleton moves the
+ * springls by linear blend skinning, a batch of affine forces, in one step of Algorithm 3; then ten iterations of an active
+ * contour push them towards the target in the same pose. Bone weights, texture coordinates and colours stay with the springls. */
+#include "morph/morph.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static int read_command_line(struct morph_settings *set, int argc, char **argv)
+{
+    const struct cli_option options[] = {
+        {"animation", CLI_STRING, &set->animation, "NAME", "name or number, of the target (default: the first)", 0, 0, NULL},
+        {"list", CLI_FLAG, &set->list, NULL, "list animations and joints, and end", 0, 0, NULL},
+        {"map", CLI_STRING, &set->map, "FILE", "joints of the source and of the target, a pair a line", 0, 0, NULL},
+        {"frames", CLI_INT, &set->frames, "N", "at most; fewer when the two coincide before", 2, MORPH_MAX_FRAMES, NULL},
+        {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
+        {"iterations", CLI_INT, &set->iterations, "N", "of the active contour a frame", 1, 1000, NULL},
+        {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
+        {"ease", CLI_INT, &set->ease, "N", "frames in which it grows to that", 0, 1000, NULL},
+        {"thicken", CLI_FLOAT, &set->thicken, "X", "make sheets, such as capes, solids of X voxels; 0: leave them", 0, 10, NULL},
+        {"parts", CLI_INT, &set->parts, "N", "separate bodies of a character to keep, the largest first; 0: all", 0, 1000, NULL},
+        {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
+         NULL},
+        {"weights", CLI_FLAG, &set->weights, NULL, "only bone weights for SOURCE, by heat; as if it had none", 0, 0, NULL},
+        {"donor", CLI_STRING, &set->donor, "FILE", "whose skeleton a body without bones gets (else the other's)", 0, 0, NULL},
+        {"preserve", CLI_FLAG, &set->preserve, NULL, "active contours that keep the topology", 0, 0, NULL},
+        {"size", CLI_INT, &set->size, "N", "height of the pictures, pixels", 32, 4096, NULL},
+        {"view", CLI_FLOAT3, set->view, "X,Y,Z", "direction from the body to the eye; up is y", 0, 0, NULL},
+        {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+    };
+    const struct cli_positional files[] = {
+        {"SOURCE", &set->source, "a rigged character (glTF and what else assimp reads)", false},
+        {"TARGET", &set->target, "what it becomes", false}};
+    const struct cli_program program = {.name = "morph",
+                                        .summary = "a walking character becomes another one",
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = files,
+                                        .positional_count = 2};
+    const int status = cli_parse(&program, argc, argv);
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    if (set->source && !set->target && !set->list && !set->weights) {
+        return cli_fail("morph", CLI_EXIT_USAGE, "one character alone: which is the other? (see --help)");
+    }
+    set->common.grid = set->common.grid ? set->common.grid : 96;
+    return set->common.grid >= 24 ? CLI_CONTINUE : cli_fail("morph", CLI_EXIT_USAGE, "--grid %d: 24 at least", set->common.grid);
+}
+
+static int list(const char *path)
+{
+    struct character character;
+    char error[CHARACTER_TEXT];
+    if (path ? !character_read(path, NULL, &character, error) : !character_build(1, &character, error)) {
+        return cli_fail("morph", CLI_EXIT_FAILURE, "%s", error);
+    }
+    printf("%s: %d parts, %d triangles, %d joints, %d rigid parts on bones\n", path ? path : "built in", character.part_count,
+           character.triangle_count, character.joint_count, character.prop_count);
+    for (int a = 0; a < character.animation_count; ++a) {
+        printf("  animation %d: %s, %.2f s\n", a, character.animations[a].name, character.animations[a].duration);
+    }
+    for (int p = 0; p < character.prop_count; ++p) {
+        printf("  prop: %s\n", character.props[p]);
+    }
+    for (int j = 0; j < character.joint_count; ++j) {
+        if (character.joints[j].bone) {
+            printf("  bone: %s\n", character.joints[j].name);
+        }
+    }
+    character_free(&character);
+    return CLI_EXIT_OK;
+}
+
+int main(int argc, char **argv)
+{
+    struct morph morph = {.settings = {.frames = 60,
+                                       .fps = 24,
+                                       .iterations = 10,
+                                       .pace = 0.2f,
+                                       .ease = 24,
+                                       .parts = 1,
+                                       .size = 480,
+                                       .view = {0.45f, 0.12f, 1.0f}}};
+    struct morph_settings *set = &morph.settings;
+    set->common = cli_common_defaults();
+    int status = read_command_line(set, argc, argv);
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    if (set->list) {
+        status = list(set->source);
+        return status == CLI_EXIT_OK && set->target ? list(set->target) : status;
+    }
+    status = run_options("morph", &set->common, set->overrides, &morph.params);
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    if (set->preserve) {
+        morph.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+    }
+    if (set->weights) {
+        return morph_weights(&morph) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    const bool done = morph_read(&morph) && morph_prepare(&morph) && morph_run(&morph);
+    if (done) {
+        morph_print(&morph);
+    }
+    const bool good =
+        done && (!set->common.out || morph_write(&morph)) && (!set->common.json || morph_report(&morph, set->common.json));
+    morph_free(&morph);
+    return good ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+}

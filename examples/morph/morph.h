@@ -1,0 +1,124 @@
+/* morph.h - one animated character becomes another (paper, section 5.8), for examples/morph.c.
+ *
+ *   read      two characters; the source is rescaled onto the target's skeleton (skeleton_align.h)
+ *   rig       a body without bones gets a donor's skeleton and weights by heat (rig.c)
+ *   solid     each becomes a closed body on one grid (solid.c)
+ *   run       a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (run.c)
+ *   output    glTF (gltf.c), pictures and report (output.c) */
+#ifndef EXAMPLES_MORPH_MORPH_H
+#define EXAMPLES_MORPH_MORPH_H
+
+#include "character/heat_weights.h"
+#include "character/surface_place.h"
+#include "pictures/raycast.h"
+#include "springls/run_options.h"
+#include "surface/mesh_check.h"
+#include "surface/surface_distances.h"
+
+enum { MORPH_MAX_FRAMES = 1000, MORPH_SPECK = 27 };
+
+struct morph_settings {
+    struct cli_common common;
+    const char *source, *target, *animation, *map, *props, *donor, *overrides;
+    int frames;      /* at most */
+    int fps;
+    int iterations;  /* of the active contour a frame: the paper's 10 */
+    float pace;      /* voxels that an iteration moves the contour at most... */
+    int ease;        /* ...after so many frames: it grows from 0 */
+    float thicken;   /* voxels: sheets become solids of this thickness; 0: not */
+    int parts;       /* bodies of a character that are kept, the largest first; 0: all */
+    int size;        /* pixels of a picture's height */
+    float view[3];   /* from the body to the eye */
+    bool list, preserve, weights;
+};
+
+/* What became of a character's triangles on the way to a closed body. */
+struct morph_solid {
+    int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, equal points welded */
+    int filled;          /* voxels of closed cavities, made inside */
+    int found, kept;     /* separate bodies; all but the kept ones were left out */
+    int dropped_voxels;  /* what those had */
+};
+
+struct morph_body {
+    struct character character;
+    struct places places;
+    struct morph_solid solid;
+    springls_mesh mesh;            /* the closed body in the neutral pose */
+    struct influences *influences; /* one a vertex of it */
+    float *posed;                  /* its vertices in the present pose */
+};
+
+/* The model after one frame. */
+struct morph_frame {
+    springls_mesh mesh;
+    struct mesh_check check;
+    int specks;           /* components of less than MORPH_SPECK voxels, left out of the mesh */
+    float *colors, *uvs;  /* by vertex */
+    double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
+    double distance;      /* mean |target's signed distance| of particles, voxels */
+    double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
+    double far;           /* share of the target's vertices that are more than a voxel from the model */
+    double seconds, seconds_skinning, seconds_contour, seconds_target;
+    int springls;
+    int64_t split, added, removed;
+};
+
+struct morph {
+    struct morph_settings settings;
+    springls_params params;
+    struct morph_body source, target;
+    int animation; /* of the target's skeleton */
+    int *map;      /* the target's joint of each of the source's, -1: none */
+    int pairs;
+    const char *mapped_by;
+    springls_grid_desc grid;
+    springls_context *ctx, *other; /* the model; the posed target */
+    springls_backend *backend;
+    float *pressure;
+    struct affine *skin, *skin_before, *skin_places;
+    struct morph_frame *frames;
+    int frame_count;
+    int coincided; /* the first frame in which the two coincide, -1: none */
+    springls_mesh target_mesh; /* the zero level of the posed target, which crosses itself nowhere */
+    struct surface_distances end; /* of the last frame to the target, world units */
+    double channel_sum_error;     /* bone weights carried as a channel: largest |sum - 1| of springls in the end */
+    double channel_difference;    /* mean L1 of those to the weights looked up at the springls' places of origin */
+    double weight_difference;     /* of the last frame's bone weights to the target's own at the nearest place, mean L1 */
+};
+
+/* The closed surface of a body and weights on it. */
+struct rig_mesh {
+    float *positions, *normals;
+    int *triangles;
+    int vertex_count, triangle_count;
+    struct influences *influences;
+    struct heat_report heat;
+    double fit_distance; /* of the donor's surface from the body's, mean */
+};
+
+bool morph_fail(const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 1, 2)))
+#endif
+    ; /* one line on stderr; false */
+bool morph_no_memory(void);
+bool morph_check(springls_context *ctx, springls_status status, const char *what);
+
+bool morph_read(struct morph *morph);
+/* A closed body of the character on the context's grid: its level set becomes the model. */
+bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
+                      int parts, struct morph_solid *solid);
+/* Bone weights for a body without any: from its own skeleton, or from a donor's that is fitted into it. morph_rig_free(mesh). */
+bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);
+void morph_rig_free(struct rig_mesh *mesh);
+bool morph_weights(const struct morph *morph); /* --weights: that alone, with pictures, glTF and report */
+bool morph_prepare(struct morph *morph);
+bool morph_run(struct morph *morph);
+bool morph_write(const struct morph *morph); /* all files of --out */
+bool morph_write_gltf(const struct morph *morph);
+bool morph_report(const struct morph *morph, const char *path);
+void morph_print(const struct morph *morph);
+void morph_free(struct morph *morph);
+
+#endif

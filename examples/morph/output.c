@@ -1,0 +1,245 @@
+/* output.c - pictures, report and summary of a morph. */
+#include "morph/morph.h"
+
+#include "base/json.h"
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "morph/apng.h"
+#include "pictures/raycast.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STRIP = 6 };
+
+/* ---- pictures ---- */
+
+static bool draw_mesh(const springls_mesh *mesh, const float *positions, const float *colors, int width,
+                      int height, const struct raycast_camera *camera, struct image *image)
+{
+    struct raycast_scene scene;
+    memset(&scene, 0, sizeof scene);
+    scene.positions = positions;
+    scene.vertex_count = (size_t)mesh->vertex_count;
+    scene.indices = (const uint32_t *)mesh->triangles;
+    scene.triangle_count = (size_t)mesh->triangle_count;
+    scene.vertex_colors = colors;
+    scene.camera = *camera;
+    scene.plain = true;
+    return raycast_render(&scene, width, height, image);
+}
+
+/* One camera for all frames. */
+static struct raycast_camera film_camera(const struct morph *morph, float aspect)
+{
+    static const float upwards[3] = {0.0f, 1.0f, 0.0f};
+    float corners[24];
+    for (int k = 0; k < 8; ++k) { /* of the box around all frames */
+        for (int i = 0; i < 3; ++i) {
+            float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+            for (int f = 0; f < morph->frame_count; ++f) {
+                raycast_grow_box(morph->frames[f].mesh.positions, (size_t)morph->frames[f].mesh.vertex_count, lo, hi);
+            }
+            corners[3 * k + i] = (k >> i) & 1 ? hi[i] : lo[i];
+        }
+    }
+    return raycast_frame_points(corners, 8, morph->settings.view, upwards, 25.0f, aspect);
+}
+
+static bool write_strip(const struct morph *morph, const struct image *film, const char *path)
+{
+    struct image strip, pictures[STRIP];
+    const char *captions[STRIP];
+    char names[STRIP][32];
+    const int count = morph->frame_count < STRIP ? morph->frame_count : STRIP;
+    for (int i = 0; i < count; ++i) {
+        const int f = count > 1 ? i * (morph->frame_count - 1) / (count - 1) : 0;
+        pictures[i] = film[f];
+        snprintf(names[i], sizeof names[i], "FRAME %d", f);
+        captions[i] = names[i];
+    }
+    const bool good = image_strip(pictures, captions, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
+                      && image_write_png(&strip, path);
+    image_free(&strip);
+    return good;
+}
+
+static bool write_film(const struct morph *morph, const char *out)
+{
+    const int height = morph->settings.size, width = height * 4 / 5;
+    const struct raycast_camera camera = film_camera(morph, (float)width / (float)height);
+    struct image *film = calloc((size_t)morph->frame_count, sizeof *film);
+    struct progress bar;
+    char path[1200], name[48];
+    bool good = film != NULL;
+    progress_begin(&bar, "pictures", (size_t)morph->frame_count, morph->settings.common.quiet);
+    for (int f = 0; good && f < morph->frame_count; ++f) {
+        const struct morph_frame *frame = &morph->frames[f];
+        snprintf(name, sizeof name, "frame%03d.png", f);
+        good = draw_mesh(&frame->mesh, frame->mesh.positions, frame->colors, width, height, &camera, &film[f])
+               && image_write_png(&film[f], run_path(out, name, path, sizeof path));
+        progress_update(&bar, (size_t)f + 1, NULL);
+    }
+    progress_end(&bar);
+    good = good && apng_write(run_path(out, "morph.png", path, sizeof path), film, morph->frame_count, morph->settings.fps)
+           && write_strip(morph, film, run_path(out, "strip.png", path, sizeof path));
+    for (int f = 0; film && f < morph->frame_count; ++f) {
+        image_free(&film[f]);
+    }
+    free(film);
+    return good || morph_fail("%s: the pictures cannot be written", out);
+}
+
+bool morph_write(const struct morph *morph)
+{
+    return morph_write_gltf(morph) && write_film(morph, morph->settings.common.out);
+}
+
+/* ---- report ---- */
+
+static void report_body(struct json_writer *json, const char *name, const char *path, const struct morph_body *body)
+{
+    const struct character *c = &body->character;
+    json_object_begin(json, name);
+    json_string(json, "file", path ? path : "built in");
+    json_integer(json, "joints", c->joint_count);
+    json_integer(json, "parts", c->part_count);
+    json_integer(json, "vertices", c->vertex_count);
+    json_integer(json, "triangles", c->triangle_count);
+    json_integer(json, "vertices_with_weights_not_summing_to_1", c->unnormal);
+    json_integer(json, "vertices_without_weights", c->unweighted);
+    json_integer(json, "boundary_edges", body->solid.boundary_edges);
+    json_integer(json, "nonmanifold_edges", body->solid.nonmanifold_edges);
+    json_integer(json, "input_components", body->solid.input_components);
+    json_integer(json, "cavity_voxels_filled", body->solid.filled);
+    json_integer(json, "bodies_found", body->solid.found);
+    json_integer(json, "bodies_kept", body->solid.kept);
+    json_integer(json, "voxels_left_out", body->solid.dropped_voxels);
+    json_object_end(json);
+}
+
+struct summary {
+    int watertight, intersections, min_components, max_components, specks;
+    double weight_error, seconds, skinning, contour, target;
+};
+
+static struct summary summarize(const struct morph *morph)
+{
+    struct summary s;
+    memset(&s, 0, sizeof s);
+    for (int f = 0; f < morph->frame_count; ++f) {
+        const struct morph_frame *frame = &morph->frames[f];
+        s.watertight += frame->check.open_edges == 0;
+        s.intersections += frame->check.intersections;
+        s.min_components = f == 0 || frame->check.components < s.min_components ? frame->check.components : s.min_components;
+        s.max_components = frame->check.components > s.max_components ? frame->check.components : s.max_components;
+        s.specks = frame->specks > s.specks ? frame->specks : s.specks;
+        s.weight_error = fmax(s.weight_error, frame->weight_error);
+        if (f > 0) { /* the first has no active contour */
+            s.seconds += frame->seconds / (morph->frame_count - 1);
+            s.skinning += frame->seconds_skinning / (morph->frame_count - 1);
+            s.contour += frame->seconds_contour / (morph->frame_count - 1);
+            s.target += frame->seconds_target / (morph->frame_count - 1);
+        }
+    }
+    return s;
+}
+
+bool morph_report(const struct morph *morph, const char *path)
+{
+    struct json_writer json;
+    const struct morph_settings *set = &morph->settings;
+    const struct summary s = summarize(morph);
+    const double voxel = morph->grid.spacing[0];
+    if (!json_open(&json, path)) {
+        return morph_fail("%s: cannot write", path);
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "problem", "morph");
+    report_body(&json, "source", set->source, &morph->source);
+    report_body(&json, "target", set->target, &morph->target);
+    json_string(&json, "animation", morph->target.character.animations[morph->animation].name);
+    json_string(&json, "joints_paired_by", morph->mapped_by);
+    json_integer(&json, "joints_paired", morph->pairs);
+    json_object_begin(&json, "joints");
+    for (int j = 0; j < morph->source.character.joint_count; ++j) {
+        if (morph->map[j] >= 0) {
+            json_string(&json, morph->source.character.joints[j].name, morph->target.character.joints[morph->map[j]].name);
+        }
+    }
+    json_object_end(&json);
+    json_array_begin(&json, "grid");
+    for (int k = 0; k < 3; ++k) {
+        json_integer(&json, NULL, morph->grid.size[k]);
+    }
+    json_array_end(&json);
+    json_number(&json, "voxel", voxel);
+    json_string(&json, "params", set->common.params);
+    json_string(&json, "backend", run_backend_name(morph->backend));
+    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "iterations", set->iterations);
+    json_number(&json, "pace_voxels", (double)set->pace);
+    json_integer(&json, "ease_frames", set->ease);
+    json_number(&json, "thicken_voxels", (double)set->thicken);
+    json_integer(&json, "frames", morph->frame_count);
+    json_integer(&json, "coincided_in_frame", morph->coincided);
+    json_integer(&json, "watertight_frames", s.watertight);
+    json_integer(&json, "self_intersections", s.intersections);
+    json_integer(&json, "components_fewest", s.min_components);
+    json_integer(&json, "components_most", s.max_components);
+    json_integer(&json, "specks_left_out_most", s.specks);
+    json_number(&json, "weight_sum_error_max", s.weight_error);
+    json_number(&json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
+    json_number(&json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
+    json_number(&json, "distance_max_voxels", morph->end.max / voxel);
+    json_number(&json, "weights_from_targets_own_mean_l1", morph->weight_difference);
+    json_number(&json, "channel_weight_sum_error_max", morph->channel_sum_error);
+    json_number(&json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
+    json_number(&json, "seconds_a_frame", s.seconds);
+    json_number(&json, "seconds_a_frame_skinning", s.skinning);
+    json_number(&json, "seconds_a_frame_contour", s.contour);
+    json_number(&json, "seconds_a_frame_target", s.target);
+    json_number(&json, "peak_rss_mib", peak_rss_mib());
+    json_array_begin(&json, "by_frame");
+    for (int f = 0; f < morph->frame_count; ++f) {
+        const struct morph_frame *frame = &morph->frames[f];
+        json_object_begin(&json, NULL);
+        json_integer(&json, "springls", frame->springls);
+        json_integer(&json, "split", frame->split);
+        json_integer(&json, "added", frame->added);
+        json_integer(&json, "removed", frame->removed);
+        json_integer(&json, "triangles", frame->mesh.triangle_count);
+        json_bool(&json, "watertight", frame->check.open_edges == 0);
+        json_integer(&json, "self_intersections", frame->check.intersections);
+        json_integer(&json, "components", frame->check.components);
+        json_integer(&json, "specks_left_out", frame->specks);
+        json_integer(&json, "euler", frame->check.euler);
+        json_number(&json, "distance_voxels", frame->distance);
+        json_number(&json, "missing_voxels", frame->missing);
+        json_number(&json, "share_beyond_a_voxel", frame->far);
+        json_number(&json, "seconds", frame->seconds);
+        json_object_end(&json);
+    }
+    json_array_end(&json);
+    json_object_end(&json);
+    return json_close(&json) || morph_fail("%s: cannot write", path);
+}
+
+void morph_print(const struct morph *morph)
+{
+    const struct summary s = summarize(morph);
+    const double voxel = morph->grid.spacing[0];
+    if (morph->settings.common.quiet || (morph->settings.common.json && strcmp(morph->settings.common.json, "-") == 0)) {
+        return;
+    }
+    printf("%d joints paired by %s; grid %d x %d x %d\n", morph->pairs, morph->mapped_by, morph->grid.size[0],
+           morph->grid.size[1], morph->grid.size[2]);
+    printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
+           morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
+           s.intersections, s.min_components, s.max_components, s.specks);
+    printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
+           morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
+    printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);
+}

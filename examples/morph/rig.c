@@ -1,0 +1,408 @@
+/* rig.c - bone weights for a body that has none: heat on its own closed surface, from its own skeleton or a donor's. */
+#include "morph/morph.h"
+
+#include "base/json.h"
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "character/gltf_write.h"
+#include "character/heat_weights.h"
+#include "character/skeleton_align.h"
+#include "character/skeleton_fit.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RIG_MARGIN = 5 };
+
+static springls_grid_desc grid_around(const struct character *body, int cells)
+{
+    springls_grid_desc grid;
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    memset(&grid, 0, sizeof grid);
+    raycast_grow_box(body->positions, (size_t)body->vertex_count, lo, hi);
+    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
+    for (int k = 0; k < 3; ++k) {
+        grid.spacing[k] = longest / (cells - 2 * RIG_MARGIN);
+        grid.origin[k] = (double)lo[k] - RIG_MARGIN * grid.spacing[k];
+        grid.size[k] = (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / grid.spacing[k]) + 2 * RIG_MARGIN);
+    }
+    return grid;
+}
+
+/* The closed surface of the body, in memory of its own. */
+static bool body_mesh(const struct morph *morph, const struct character *body, struct rig_mesh *mesh)
+{
+    springls_desc desc;
+    springls_context *ctx = NULL;
+    springls_mesh surface;
+    struct morph_solid solid;
+    memset(&desc, 0, sizeof desc);
+    memset(&surface, 0, sizeof surface);
+    desc.grid = grid_around(body, morph->settings.common.grid);
+    desc.params = &morph->params;
+    bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
+        && run_create("morph", &desc, &ctx) == CLI_CONTINUE
+        && morph_solid_make(ctx, &desc.grid, body, morph->settings.thicken, morph->settings.parts, &solid)
+        && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
+    if (good) {
+        const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float),
+                     corners = 3 * (size_t)surface.triangle_count * sizeof(int);
+        mesh->vertex_count = surface.vertex_count;
+        mesh->triangle_count = surface.triangle_count;
+        mesh->positions = malloc(points + 1);
+        mesh->normals = malloc(points + 1);
+        mesh->triangles = malloc(corners + 1);
+        good = (mesh->positions && mesh->normals && mesh->triangles) || morph_no_memory();
+        if (good) {
+            memcpy(mesh->positions, surface.positions, points);
+            memcpy(mesh->normals, surface.normals, points);
+            memcpy(mesh->triangles, surface.triangles, corners);
+        }
+    }
+    springls_mesh_free(ctx, &surface);
+    springls_destroy(ctx);
+    return good;
+}
+
+void morph_rig_free(struct rig_mesh *mesh)
+{
+    free(mesh->positions);
+    free(mesh->normals);
+    free(mesh->triangles);
+    free(mesh->influences);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+/* Weights of bones become weights of the joints that they begin at: the largest ones. */
+static struct influences of_bones(const float *weights, int count, const int *joints)
+{
+    struct influences in;
+    memset(&in, 0, sizeof in);
+    for (int b = 0; b < count; ++b) {
+        if (weights[b] > 1e-4f) {
+            influences_add(&in, joints[b], weights[b]);
+        }
+    }
+    influences_normalize(&in, joints[0]);
+    return in;
+}
+
+/* The last bones of hands, feet and heads have no joint at their end: they reach on, four fifths of the way to the surface. */
+static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints, int count)
+{
+    struct bvh bvh;
+    if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
+        return morph_no_memory();
+    }
+    for (int b = 0; b < count; ++b) {
+        bool last = true;
+        for (int j = joints[b] + 1; j < body->joint_count; ++j) {
+            last = last && !(body->joints[j].parent == joints[b] && body->joints[j].bone);
+        }
+        float direction[3];
+        struct bvh_hit hit;
+        vec3_sub(bones[b].to, bones[b].from, direction);
+        if (last && vec3_normalize(direction) > 0.0f && bvh_nearest_hit(&bvh, bones[b].from, direction, 0.0f, INFINITY, &hit)) {
+            vec3_add_scaled(bones[b].from, 0.8f * hit.t, direction, bones[b].to);
+        }
+    }
+    bvh_free(&bvh);
+    return true;
+}
+
+static bool add_weights(const struct character *body, struct rig_mesh *mesh)
+{
+    const size_t capacity = 2 * (size_t)body->joint_count + 1;
+    struct bone *bones = malloc(capacity * sizeof *bones);
+    int *joints = malloc(capacity * sizeof *joints);
+    const int count = bones && joints ? skeleton_bones(body, bones, joints) : 0;
+    float *weights = malloc(((size_t)mesh->vertex_count * (size_t)count + 1) * sizeof *weights);
+    mesh->influences = malloc(((size_t)mesh->vertex_count + 1) * sizeof *mesh->influences);
+    bool good = (bones && joints && weights && mesh->influences) || morph_no_memory();
+    good = good && extend_bones(body, mesh, bones, joints, count)
+        && (heat_weights(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, bones, count, weights,
+                         &mesh->heat)
+            || morph_fail("no bone is seen from the body's surface"));
+    for (int v = 0; good && v < mesh->vertex_count; ++v) {
+        mesh->influences[v] = of_bones(weights + (size_t)v * (size_t)count, count, joints);
+    }
+    free(bones);
+    free(joints);
+    free(weights);
+    return good;
+}
+
+/* The body's own vertices take those of the nearest vertex of the closed surface. */
+static bool transfer_weights(const struct rig_mesh *mesh, struct character *body)
+{
+    struct bvh bvh;
+    if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
+        return morph_no_memory();
+    }
+    for (int j = 0; j < body->joint_count; ++j) {
+        body->joints[j].bone = false;
+    }
+    for (int v = 0; v < body->vertex_count; ++v) {
+        uint32_t triangle = 0;
+        bvh_distance(&bvh, body->positions + 3 * v, NULL, &triangle);
+        float best = INFINITY;
+        for (int k = 0; k < 3; ++k) {
+            float d[3];
+            const int corner = mesh->triangles[3 * triangle + (uint32_t)k];
+            vec3_sub(body->positions + 3 * v, mesh->positions + 3 * corner, d);
+            if (vec3_length(d) < best) {
+                best = vec3_length(d);
+                body->influences[v] = mesh->influences[corner];
+            }
+        }
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            body->joints[body->influences[v].joint[k]].bone |= body->influences[v].weight[k] > 0.0f;
+        }
+    }
+    bvh_free(&bvh);
+    return true;
+}
+
+bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh)
+{
+    memset(mesh, 0, sizeof *mesh);
+    bool good = body_mesh(morph, body, mesh);
+    if (good && donor) {
+        good = skeleton_fit(donor, mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, body,
+                            &mesh->fit_distance)
+               || morph_fail("the donor's skeleton cannot be fitted");
+    }
+    return good && add_weights(body, mesh) && transfer_weights(mesh, body);
+}
+
+/* ---- weights alone ---- */
+
+/* Mean L1 distance of the weights from the artist's over the closed surface; map: our joints to the artist's. */
+static double compare(const struct rig_mesh *mesh, const struct character *body, const struct places *truth, const int *map)
+{
+    double sum = 0.0;
+    const int joints = truth->character->joint_count;
+    float *difference = malloc(((size_t)joints + 1) * sizeof *difference);
+    for (int v = 0; difference && v < mesh->vertex_count; ++v) {
+        struct place place;
+        memset(difference, 0, (size_t)joints * sizeof *difference);
+        places_find(truth, mesh->positions + 3 * v, &place);
+        const struct influences theirs = place_influences(truth->character, &place), *ours = &mesh->influences[v];
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            if (ours->weight[k] > 0.0f) {
+                int j = ours->joint[k];
+                while (map[j] < 0 && body->joints[j].parent >= 0) {
+                    j = body->joints[j].parent;
+                }
+                difference[map[j] >= 0 ? map[j] : 0] += ours->weight[k];
+            }
+            difference[theirs.joint[k]] -= theirs.weight[k];
+        }
+        for (int j = 0; j < joints; ++j) {
+            sum += fabs((double)difference[j]) / mesh->vertex_count;
+        }
+    }
+    free(difference);
+    return sum;
+}
+
+/* Mean distance of joints from the artist's, over the body's height. */
+static double joint_distance(const struct character *body, const struct character *truth, const int *map)
+{
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double sum = 0.0;
+    int count = 0;
+    raycast_grow_box(truth->positions, (size_t)truth->vertex_count, lo, hi);
+    for (int j = 0; j < body->joint_count; ++j) {
+        if (map[j] >= 0) {
+            float a[3], b[3];
+            joint_place(&body->joints[j], a);
+            joint_place(&truth->joints[map[j]], b);
+            vec3_sub(a, b, a);
+            sum += (double)(vec3_length(a) / (hi[1] - lo[1]));
+            ++count;
+        }
+    }
+    return count > 0 ? sum / count : 0.0;
+}
+
+/* Every bone a colour, mixed by the weights. */
+static void weight_color(const struct influences *in, float color[3])
+{
+    memset(color, 0, 3 * sizeof *color);
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        const struct color c = color_hsv(0.618034f * (float)in->joint[k], 0.65f, in->joint[k] % 2 ? 0.95f : 0.7f);
+        const float rgb[3] = {c.r, c.g, c.b};
+        vec3_add_scaled(color, in->weight[k], rgb, color);
+    }
+}
+
+static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh, const float *colors,
+                         const struct character *skeleton, struct image *image)
+{
+    static const float upwards[3] = {0.0f, 1.0f, 0.0f};
+    const int height = morph->settings.size, width = height * 4 / 5;
+    const float aspect = (float)width / (float)height;
+    struct raycast_scene scene;
+    memset(&scene, 0, sizeof scene);
+    scene.positions = mesh->positions;
+    scene.vertex_count = (size_t)mesh->vertex_count;
+    scene.indices = (const uint32_t *)mesh->triangles;
+    scene.triangle_count = (size_t)mesh->triangle_count;
+    scene.vertex_colors = colors;
+    scene.plain = true;
+    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, morph->settings.view, upwards, 25.0f, aspect);
+    if (!raycast_render(&scene, width, height, image)) {
+        return false;
+    }
+    const struct raycast_frame frame = raycast_camera_frame(&scene.camera, aspect);
+    for (int j = 0; j < skeleton->joint_count; ++j) { /* the skeleton, over everything */
+        float ends[2][2];
+        const int parent = skeleton->joints[j].parent;
+        for (int e = 0; e < 2 && parent >= 0; ++e) {
+            float place[3], d[3];
+            joint_place(&skeleton->joints[e ? parent : j], place);
+            vec3_sub(place, scene.camera.eye, d);
+            const float depth = vec3_dot(d, frame.forward);
+            ends[e][0] = 0.5f * (float)width * (1.0f + vec3_dot(d, frame.right) / (depth * frame.half_width));
+            ends[e][1] = 0.5f * (float)height * (1.0f - vec3_dot(d, frame.up) / (depth * frame.half_height));
+        }
+        if (parent >= 0 && skeleton->joints[j].bone && skeleton->joints[parent].bone) {
+            image_line(image, ends[0][0], ends[0][1], ends[1][0], ends[1][1], 2.0f, color_rgb(0.1f, 0.1f, 0.1f));
+            image_disc(image, ends[0][0], ends[0][1], 3.0f, color_rgb(0.1f, 0.1f, 0.1f));
+        }
+    }
+    return true;
+}
+
+static bool write_pictures(const struct morph *morph, const struct rig_mesh *mesh, const struct character *body,
+                           const struct places *truth)
+{
+    char path[1200];
+    const char *const captions[2] = {"HEAT", "THE ARTIST'S"};
+    struct image pictures[2], strip;
+    float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
+    bool good = colors != NULL;
+    memset(pictures, 0, sizeof pictures);
+    memset(&strip, 0, sizeof strip);
+    for (int p = 0; good && p < (truth ? 2 : 1); ++p) {
+        for (int v = 0; v < mesh->vertex_count; ++v) {
+            struct influences in = mesh->influences[v];
+            if (p == 1) {
+                struct place place;
+                places_find(truth, mesh->positions + 3 * v, &place);
+                in = place_influences(truth->character, &place);
+            }
+            weight_color(&in, colors + 3 * v);
+        }
+        good = draw_weights(morph, mesh, colors, p ? truth->character : body, &pictures[p]);
+    }
+    good = good && image_strip(pictures, captions, truth ? 2 : 1, 2, color_rgb(1.0f, 1.0f, 1.0f), &strip)
+           && image_write_png(&strip, run_path(morph->settings.common.out, "weights.png", path, sizeof path));
+    image_free(&pictures[0]);
+    image_free(&pictures[1]);
+    image_free(&strip);
+    free(colors);
+    return good || morph_fail("%s: the picture cannot be written", morph->settings.common.out);
+}
+
+static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh, const struct character *body)
+{
+    char path[1200];
+    struct places places;
+    float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
+    const struct gltf_mesh out = {mesh->positions,    mesh->normals,       NULL, colors, mesh->influences, mesh->triangles,
+                                  mesh->vertex_count, mesh->triangle_count};
+    bool good = (colors && places_create(body, &places)) || morph_no_memory();
+    for (int v = 0; good && v < mesh->vertex_count; ++v) {
+        struct place place;
+        places_find(&places, mesh->positions + 3 * v, &place);
+        place_color(body, &place, colors + 3 * v);
+    }
+    if (good) {
+        places_free(&places);
+        good = gltf_write_skinned(run_path(morph->settings.common.out, "rigged.glb", path, sizeof path), &out, body,
+                                  character_animation(body, morph->settings.animation), morph->settings.fps)
+               || morph_fail("%s cannot be written", path);
+    }
+    free(colors);
+    return good;
+}
+
+static bool write_report(const struct morph *morph, const struct rig_mesh *mesh, const struct character *body, double seconds,
+                         double difference, double joints)
+{
+    struct json_writer json;
+    if (!json_open(&json, morph->settings.common.json)) {
+        return morph_fail("%s: cannot write", morph->settings.common.json);
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "problem", "weights");
+    json_string(&json, "file", morph->settings.source ? morph->settings.source : "built in");
+    json_string(&json, "donor", morph->settings.donor);
+    json_integer(&json, "vertices", mesh->vertex_count);
+    json_integer(&json, "vertices_that_see_their_bone", mesh->heat.visible);
+    json_integer(&json, "joints", body->joint_count);
+    json_integer(&json, "iterations", mesh->heat.iterations);
+    json_number(&json, "weight_sum_error_max", mesh->heat.sum_error);
+    json_number(&json, "fit_distance_mean", morph->settings.donor ? mesh->fit_distance : (double)NAN);
+    json_number(&json, "joint_distance_of_height_mean", joints);
+    json_number(&json, "weights_from_artists_mean_l1", difference);
+    json_number(&json, "seconds", seconds);
+    json_object_end(&json);
+    return json_close(&json) || morph_fail("%s: cannot write", morph->settings.common.json);
+}
+
+bool morph_weights(const struct morph *morph)
+{
+    const struct morph_settings *set = &morph->settings;
+    struct character body, artist, donor;
+    struct places truth;
+    struct rig_mesh mesh;
+    char error[CHARACTER_TEXT];
+    const char *how;
+    double difference = (double)NAN, joints = (double)NAN;
+    memset(&artist, 0, sizeof artist);
+    memset(&donor, 0, sizeof donor);
+    memset(&truth, 0, sizeof truth);
+    memset(&mesh, 0, sizeof mesh);
+    const double start = elapsed_seconds();
+    bool good = set->source ? character_read(set->source, set->props, &body, error) : character_build(0, &body, error);
+    if (!good) {
+        return morph_fail("%s", error);
+    }
+    good = (set->source ? character_read(set->source, set->props, &artist, error) : character_build(0, &artist, error))
+           && (!set->donor || character_read(set->donor, NULL, &donor, error));
+    good = good || morph_fail("%s", error);
+    if (good && !set->donor && !body.skinned) {
+        good = morph_fail("%s: no part has bones; --donor FILE lends a skeleton", set->source);
+    }
+    good = good && morph_rig(morph, &body, set->donor ? &donor : NULL, &mesh);
+    const double seconds = elapsed_seconds() - start;
+    if (good && artist.skinned) {
+        int *map = malloc(((size_t)body.joint_count + 1) * sizeof *map);
+        good = (map && places_create(&artist, &truth)) || morph_no_memory();
+        if (good && skeleton_map(&body, &artist, set->map, map, &how, error) > 0) {
+            difference = compare(&mesh, &body, &truth, map);
+            joints = joint_distance(&body, &artist, map);
+        }
+        free(map);
+    }
+    if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
+        printf("%d of %d vertices see their bone; weights sum to 1 within %.1g; from the artist's: mean L1 %.3f\n",
+               mesh.heat.visible, mesh.vertex_count, mesh.heat.sum_error, difference);
+    }
+    good = good
+        && (!set->common.out
+            || (write_pictures(morph, &mesh, &body, artist.skinned ? &truth : NULL) && write_rigged(morph, &mesh, &body)))
+        && (!set->common.json || write_report(morph, &mesh, &body, seconds, difference, joints));
+    morph_rig_free(&mesh);
+    places_free(&truth);
+    character_free(&body);
+    character_free(&artist);
+    character_free(&donor);
+    return good;
+}

@@ -1,0 +1,589 @@
+/* run.c - the frames of a morph: skinning by Algorithm 3, active contours by Algorithm 2. */
+#include "morph/morph.h"
+
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "character/skeleton_align.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
+
+#define COINCIDE 0.125  /* voxels: the mean distance, both ways, below which the two are one... */
+#define LEFT_OVER 0.005 /* ...when no more than this share of the target is further than a voxel away: tips grow last */
+
+bool morph_fail(const char *format, ...)
+{
+    va_list arguments;
+    fputs("morph: ", stderr);
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+    return false;
+}
+
+bool morph_no_memory(void) { return morph_fail("not enough memory"); }
+
+bool morph_check(springls_context *ctx, springls_status status, const char *what)
+{
+    const char *reason = springls_last_error(ctx);
+    return status == SPRINGLS_OK || morph_fail("%s: %s", what, *reason ? reason : springls_status_string(status));
+}
+
+/* ---- reading ---- */
+
+static bool read_one(const char *path, int number, const char *props, struct character *character)
+{
+    char error[CHARACTER_TEXT];
+    const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
+    return good || morph_fail("%s", error);
+}
+
+/* A body without bones gets the skeleton of --donor, or of the other character. */
+static bool lend_bones(const struct morph *morph, struct character *body, const char *path, const struct character *other)
+{
+    struct character donor;
+    struct rig_mesh mesh;
+    char error[CHARACTER_TEXT];
+    if (body->skinned) {
+        return true;
+    }
+    if (!morph->settings.donor && !other->skinned) {
+        return morph_fail("%s: no part has bones, and there is no donor of any", path);
+    }
+    if (morph->settings.donor && !character_read(morph->settings.donor, NULL, &donor, error)) {
+        return morph_fail("%s", error);
+    }
+    const bool good = morph_rig(morph, body, morph->settings.donor ? &donor : other, &mesh);
+    morph_rig_free(&mesh);
+    if (morph->settings.donor) {
+        character_free(&donor);
+    }
+    return good;
+}
+
+bool morph_read(struct morph *morph)
+{
+    const struct morph_settings *set = &morph->settings;
+    struct character *source = &morph->source.character, *target = &morph->target.character;
+    char error[CHARACTER_TEXT];
+    if (!read_one(set->source, 0, set->props, source) || !read_one(set->target, 1, set->props, target)) {
+        return false;
+    }
+    if (!lend_bones(morph, source, set->source, target) || !lend_bones(morph, target, set->target, source)) {
+        return false;
+    }
+    morph->animation = character_animation(target, set->animation);
+    if (morph->animation < 0) {
+        return morph_fail(set->animation ? "the target has no animation %s (see --list)" : "the target has no animation%s",
+                          set->animation ? set->animation : "");
+    }
+    morph->map = malloc(((size_t)source->joint_count + 1) * sizeof *morph->map);
+    if (!morph->map) {
+        return morph_no_memory();
+    }
+    morph->pairs = skeleton_map(source, target, set->map, morph->map, &morph->mapped_by, error);
+    return morph->pairs > 0 ? skeleton_rescale(source, target, morph->map) || morph_no_memory() : morph_fail("%s", error);
+}
+
+/* ---- preparation ---- */
+
+static double frame_time(const struct morph *morph, int frame) { return (double)frame / morph->settings.fps; }
+
+static void pose(struct morph *morph, int frame, double blend)
+{
+    character_pose(&morph->target.character, morph->animation, frame_time(morph, frame), blend, morph->skin, morph->skin_places);
+}
+
+static void grow(const float *positions, int count, float lo[3], float hi[3])
+{
+    for (int v = 0; v < count; ++v) {
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = fminf(lo[k], positions[3 * v + k]);
+            hi[k] = fmaxf(hi[k], positions[3 * v + k]);
+        }
+    }
+}
+
+/* One grid for both, in the neutral pose and in all poses of the animation. */
+static bool make_grid(struct morph *morph)
+{
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    const struct character *both[2] = {&morph->source.character, &morph->target.character};
+    const double duration = morph->target.character.animations[morph->animation].duration;
+    const int poses = (int)fmin(200.0, ceil(duration * morph->settings.fps)) + 1;
+    for (int c = 0; c < 2; ++c) {
+        float *posed = malloc(3 * (size_t)both[c]->vertex_count * sizeof *posed);
+        if (!posed) {
+            return morph_no_memory();
+        }
+        grow(both[c]->positions, both[c]->vertex_count, lo, hi);
+        for (int f = 0; f < poses; ++f) {
+            pose(morph, f, 1.0);
+            character_skin(both[c], morph->skin, posed);
+            grow(posed, both[c]->vertex_count, lo, hi);
+        }
+        free(posed);
+    }
+    const int cells = morph->settings.common.grid;
+    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
+    if (!(longest > 0.0) || !isfinite(longest)) {
+        return morph_fail("the animation leaves no body that could be drawn");
+    }
+    const double voxel = longest / (cells - 2 * MARGIN);
+    for (int k = 0; k < 3; ++k) {
+        morph->grid.spacing[k] = voxel;
+        morph->grid.size[k] = (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / voxel) + 2 * MARGIN);
+        morph->grid.origin[k] = (double)lo[k] - MARGIN * voxel;
+    }
+    return true;
+}
+
+static bool make_body(springls_context *ctx, const struct morph *morph, struct morph_body *body)
+{
+    const struct morph_settings *set = &morph->settings;
+    if (!places_create(&body->character, &body->places)) {
+        return morph_no_memory();
+    }
+    if (!morph_solid_make(ctx, &morph->grid, &body->character, set->thicken, set->parts, &body->solid)
+        || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), "body")) {
+        return false;
+    }
+    const size_t count = (size_t)body->mesh.vertex_count;
+    body->influences = malloc(count * sizeof *body->influences);
+    body->posed = malloc(3 * count * sizeof *body->posed);
+    if (!body->influences || !body->posed) {
+        return morph_no_memory();
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 256)
+#endif
+    for (int v = 0; v < body->mesh.vertex_count; ++v) {
+        struct place place;
+        places_find(&body->places, body->mesh.positions + 3 * v, &place);
+        body->influences[v] = place_influences(&body->character, &place);
+    }
+    return true;
+}
+
+/* Bone weights of a springl by the place on the source's surface that it came from. */
+static struct influences weights_at(const struct morph *morph, const float correspondence[3])
+{
+    float world[3];
+    struct place place;
+    for (int k = 0; k < 3; ++k) {
+        world[k] = (float)(morph->grid.origin[k] + morph->grid.spacing[k] * (double)correspondence[k]);
+    }
+    places_find(&morph->source.places, world, &place);
+    return place_influences(&morph->source.character, &place);
+}
+
+static const float *springl_item(springls_view view, int index)
+{
+    return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
+}
+
+/* The weights of all springls, one channel a joint. */
+static float *channel_values(const struct morph *morph)
+{
+    const springls_view places = springls_view_correspondences(morph->ctx);
+    const size_t joints = (size_t)morph->target.character.joint_count;
+    float *values = calloc((size_t)places.count * joints + 1, sizeof *values);
+    for (int i = 0; values && i < places.count; ++i) {
+        const struct influences in = weights_at(morph, springl_item(places, i));
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            values[(size_t)i * joints + (size_t)in.joint[k]] += in.weight[k];
+        }
+    }
+    return values;
+}
+
+/* The same weights as an attribute channel of the springls, blended where they split and fill: beside the look-up, to compare. */
+static bool add_channels(struct morph *morph)
+{
+    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
+                                          SPRINGLS_POLICY_BLEND};
+    float *values = channel_values(morph);
+    const bool good = values ? morph_check(morph->ctx, springls_add_attribute(morph->ctx, &desc, values, NULL), "bone weights")
+                             : morph_no_memory();
+    free(values);
+    return good;
+}
+
+static bool compare_channels(struct morph *morph)
+{
+    const springls_view channel = springls_view_attribute(morph->ctx, springls_find_attribute(morph->ctx, "bone weights"));
+    const int joints = morph->target.character.joint_count;
+    float *values = channel_values(morph);
+    if (!values || !channel.data) {
+        free(values);
+        return morph_no_memory();
+    }
+    for (int i = 0; i < channel.count; ++i) {
+        const float *carried = springl_item(channel, i);
+        double sum = 0.0;
+        for (int j = 0; j < joints; ++j) {
+            sum += (double)carried[j];
+            morph->channel_difference +=
+                fabs((double)carried[j] - (double)values[(size_t)i * (size_t)joints + (size_t)j]) / channel.count;
+        }
+        morph->channel_sum_error = fmax(morph->channel_sum_error, fabs(sum - 1.0));
+    }
+    free(values);
+    return true;
+}
+
+bool morph_prepare(struct morph *morph)
+{
+    springls_desc desc;
+    const size_t joints = (size_t)morph->target.character.joint_count;
+    morph->skin = malloc(joints * sizeof *morph->skin);
+    morph->skin_before = malloc(joints * sizeof *morph->skin_before);
+    morph->skin_places = malloc(joints * sizeof *morph->skin_places);
+    morph->frames = calloc((size_t)morph->settings.frames, sizeof *morph->frames);
+    if (!morph->skin || !morph->skin_before || !morph->skin_places || !morph->frames) {
+        return morph_no_memory();
+    }
+    if (!make_grid(morph)) {
+        return false;
+    }
+    memset(&desc, 0, sizeof desc);
+    desc.grid = morph->grid;
+    desc.params = &morph->params;
+    desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
+    morph->pressure = malloc((size_t)desc.grid.size[0] * (size_t)desc.grid.size[1] * (size_t)desc.grid.size[2] * sizeof(float));
+    if (!morph->pressure) {
+        return morph_no_memory();
+    }
+    return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
+        && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source) && add_channels(morph);
+}
+
+/* ---- skinning: the affine force of eq. 1 ---- */
+
+struct skinning {
+    const struct morph *morph;
+    const struct affine *before, *after;
+};
+
+/* A springl that the blend of bones B takes from its neutral place to the pose goes from pose to pose by B(after) B(before)^-1:
+ * exactly where skinning from the neutral pose would put it. Where B nearly flattens, by the blend of the bones' own motions. */
+static struct affine motion(const struct skinning *s, const struct influences *in)
+{
+    const struct affine from = influences_blend(in, s->before), to = influences_blend(in, s->after);
+    if (fabs(affine_determinant(&from)) > 0.1) {
+        const struct affine back = affine_inverse(&from);
+        return affine_after(&to, &back);
+    }
+    struct affine blend = {{0}};
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        if (in->weight[k] > 0.0f) {
+            const struct affine back = affine_inverse(&s->before[in->joint[k]]);
+            const struct affine bone = affine_after(&s->after[in->joint[k]], &back);
+            affine_add(&blend, (double)in->weight[k], &bone);
+        }
+    }
+    return blend;
+}
+
+/* Of world coordinates, told in voxels: x -> T x with T = [R t] moves voxel v by (R - 1) v + (R o + t - o) / h. */
+static void to_velocity(const springls_grid_desc *grid, const struct affine *t, float out[12])
+{
+    for (int i = 0; i < 3; ++i) {
+        double shift = t->m[4 * i + 3] - grid->origin[i];
+        for (int j = 0; j < 3; ++j) {
+            shift += t->m[4 * i + j] * grid->origin[j];
+            out[4 * i + j] = (float)(t->m[4 * i + j] - (i == j));
+        }
+        out[4 * i + 3] = (float)(shift / grid->spacing[0]);
+    }
+}
+
+/* The bone weights of a springl are those of the place on the source's surface that it came from. */
+static void skin_springls(void *user, const float *points, const float *correspondences, int count, float time, float *out)
+{
+    const struct skinning *s = user;
+    const float *last = NULL;
+    (void)points, (void)time;
+    for (int i = 0; i < count; ++i) {
+        const float *a = correspondences + 3 * i;
+        if (last && memcmp(a, last, 3 * sizeof *a) == 0) { /* another corner of the same springl */
+            memcpy(out + 12 * i, out + 12 * (i - 1), 12 * sizeof *out);
+            continue;
+        }
+        const struct influences in = weights_at(s->morph, a);
+        const struct affine t = motion(s, &in);
+        to_velocity(&s->morph->grid, &t, out + 12 * i);
+        last = a;
+    }
+}
+
+static bool skin_step(struct morph *morph)
+{
+    struct skinning skinning = {morph, morph->skin_before, morph->skin};
+    springls_forces forces;
+    springls_step_desc step;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.affine = skin_springls;
+    forces.user = &skinning;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* a displacement, not a velocity */
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_ELASTIC;
+    step.dt = 1.0f;
+    return morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
+}
+
+/* ---- active contours ---- */
+
+/* The target in the present pose, as a level set; the pressure is minus its signed distance, no more than `pace` voxels. */
+static bool pose_target(struct morph *morph, float pace)
+{
+    struct morph_body *target = &morph->target;
+    for (int v = 0; v < target->mesh.vertex_count; ++v) {
+        const struct affine blend = influences_blend(&target->influences[v], morph->skin);
+        affine_apply(&blend, target->mesh.positions + 3 * v, target->posed + 3 * v);
+    }
+    if (!morph_check(morph->other,
+                     springls_set_mesh(morph->other, target->posed, target->mesh.vertex_count, 0, target->mesh.triangles,
+                                       target->mesh.triangle_count, NULL),
+                     "target")
+        || !morph_check(morph->other, springls_copy_level_set(morph->other, morph->pressure), "target")) {
+        return false;
+    }
+    const size_t count = (size_t)morph->grid.size[0] * (size_t)morph->grid.size[1] * (size_t)morph->grid.size[2];
+    for (size_t n = 0; n < count; ++n) {
+        morph->pressure[n] = fmaxf(-pace, fminf(pace, -morph->pressure[n]));
+    }
+    return true;
+}
+
+static bool contour_steps(struct morph *morph)
+{
+    springls_forces forces;
+    springls_step_desc step;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.pressure_grid.data = morph->pressure;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    step.dt = 1.0f;
+    step.stop_at_topology = morph->settings.preserve;
+    return morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour");
+}
+
+/* ---- what a frame is worth ---- */
+
+/* Mean of |phi| of one context at points of the other, voxels, and the share of points beyond one. */
+static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean,
+                          double *far)
+{
+    float *distance = malloc(((size_t)count + 1) * sizeof *distance);
+    bool good = distance || morph_no_memory();
+    good = good && morph_check(ctx, springls_sample_distance(ctx, world, count, distance), "distance");
+    *mean = *far = 0.0;
+    for (int i = 0; good && i < count; ++i) {
+        *mean += fabs((double)distance[i]) / (morph->grid.spacing[0] * count);
+        *far += fabs((double)distance[i]) > morph->grid.spacing[0] ? 1.0 / count : 0.0;
+    }
+    free(distance);
+    return good;
+}
+
+/* Colours, UVs and bone weights of the mesh's vertices: those of the places that they came from. */
+static bool look_up(const struct morph *morph, struct morph_frame *frame)
+{
+    const size_t count = (size_t)frame->mesh.vertex_count;
+    double worst = 0.0;
+    frame->colors = malloc(3 * count * sizeof *frame->colors);
+    frame->uvs = malloc(2 * count * sizeof *frame->uvs);
+    if (!frame->colors || !frame->uvs) {
+        return morph_no_memory();
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
+#endif
+    for (int v = 0; v < frame->mesh.vertex_count; ++v) {
+        struct place place;
+        double sum = 0.0;
+        places_find(&morph->source.places, frame->mesh.correspondences + 3 * v, &place);
+        const struct influences in = place_influences(&morph->source.character, &place);
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            sum += (double)in.weight[k];
+        }
+        worst = fmax(worst, fabs(sum - 1.0));
+        place_color(&morph->source.character, &place, frame->colors + 3 * v);
+        place_uv(&morph->source.character, &place, frame->uvs + 2 * v);
+    }
+    frame->weight_error = worst;
+    return true;
+}
+
+static bool measure(struct morph *morph, struct morph_frame *frame)
+{
+    const double voxel = morph->grid.spacing[0], speck = MORPH_SPECK * voxel * voxel * voxel;
+    springls_mesh_free(morph->other, &morph->target_mesh);
+    if (!morph_check(morph->other, springls_extract_mesh(morph->other, &morph->target_mesh), "target")
+        || mesh_drop_specks(morph->target_mesh.positions, morph->target_mesh.vertex_count, morph->target_mesh.triangles,
+                            &morph->target_mesh.triangle_count, speck) < 0) {
+        return false;
+    }
+    const springls_view particles = springls_view_particles(morph->ctx);
+    float *world = malloc(3 * ((size_t)particles.count + 1) * sizeof *world);
+    bool good = world || morph_no_memory();
+    for (int i = 0; good && i < particles.count; ++i) {
+        memcpy(world + 3 * i, springl_item(particles, i), 3 * sizeof *world);
+    }
+    if (good) {
+        springls_to_world(morph->ctx, world, particles.count, world);
+    }
+    good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance, &frame->far)
+        && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing,
+                         &frame->far)
+        && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && look_up(morph, frame);
+    free(world);
+    frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
+                                            &frame->mesh.triangle_count, speck) : 0;
+    if (frame->specks < 0) {
+        return morph_no_memory();
+    }
+    const springls_stats stats = springls_get_stats(morph->ctx);
+    frame->springls = stats.springls;
+    frame->split = stats.split;
+    frame->added = stats.added;
+    frame->removed = stats.removed;
+    return good
+           && (mesh_check(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles, frame->mesh.triangle_count,
+                          &frame->check)
+               || morph_no_memory());
+}
+
+/* ---- all frames ---- */
+
+static bool run_frame(struct morph *morph, int f)
+{
+    struct morph_frame *frame = &morph->frames[f];
+    double clock[4];
+    clock[0] = elapsed_seconds();
+    bool good = skin_step(morph);
+    clock[1] = elapsed_seconds();
+    const float ease = morph->settings.ease > 0 ? fminf(1.0f, (float)f / (float)morph->settings.ease) : 1.0f;
+    good = good && pose_target(morph, ease * morph->settings.pace);
+    clock[2] = elapsed_seconds();
+    good = good && (f == 0 || contour_steps(morph)); /* the first frame shows the source */
+    clock[3] = elapsed_seconds();
+    frame->seconds = clock[3] - clock[0];
+    frame->seconds_skinning = clock[1] - clock[0];
+    frame->seconds_target = clock[2] - clock[1];
+    frame->seconds_contour = clock[3] - clock[2];
+    return good && measure(morph, frame);
+}
+
+static void next_pose(struct morph *morph, int frame, double blend)
+{
+    memcpy(morph->skin_before, morph->skin, (size_t)morph->target.character.joint_count * sizeof *morph->skin);
+    pose(morph, frame, blend);
+}
+
+/* How far the bone weights that have come along are from those that the target's artist gave the place. */
+static void compare_weights(struct morph *morph)
+{
+    const struct morph_frame *last = &morph->frames[morph->frame_count - 1];
+    const struct character *target = &morph->target.character;
+    struct bvh bvh;
+    double sum = 0.0;
+    if (!bvh_build(&bvh, morph->target.posed, (const uint32_t *)morph->target.mesh.triangles,
+                   (size_t)morph->target.mesh.triangle_count)) {
+        return;
+    }
+    for (int v = 0; v < last->mesh.vertex_count; ++v) {
+        struct place place;
+        uint32_t triangle = 0;
+        places_find(&morph->source.places, last->mesh.correspondences + 3 * v, &place);
+        const struct influences mine = place_influences(&morph->source.character, &place);
+        bvh_distance(&bvh, last->mesh.positions + 3 * v, NULL, &triangle);
+        const struct influences *theirs = &morph->target.influences[morph->target.mesh.triangles[3 * triangle]];
+        for (int j = 0; j < target->joint_count; ++j) {
+            float a = 0.0f, b = 0.0f;
+            for (int k = 0; k < CHARACTER_BONES; ++k) {
+                a += mine.joint[k] == j ? mine.weight[k] : 0.0f;
+                b += theirs->joint[k] == j ? theirs->weight[k] : 0.0f;
+            }
+            sum += fabs((double)a - (double)b) / last->mesh.vertex_count;
+        }
+    }
+    morph->weight_difference = sum;
+    bvh_free(&bvh);
+}
+
+static bool compare_ends(struct morph *morph)
+{
+    const struct morph_frame *last = &morph->frames[morph->frame_count - 1];
+    const struct surface mine = {last->mesh.positions, (const uint32_t *)last->mesh.triangles, (size_t)last->mesh.triangle_count};
+    const struct surface target = {morph->target_mesh.positions, (const uint32_t *)morph->target_mesh.triangles,
+                                   (size_t)morph->target_mesh.triangle_count};
+    return surface_distances_measure(&mine, &target, 20000, morph->grid.spacing[0], &morph->end) || morph_no_memory();
+}
+
+bool morph_run(struct morph *morph)
+{
+    struct progress bar;
+    bool good = true;
+    morph->coincided = -1;
+    pose(morph, 0, 0.0);
+    for (int s = 1; good && s < LEAD_IN; ++s) {
+        next_pose(morph, 0, (double)s / LEAD_IN);
+        good = skin_step(morph);
+    }
+    progress_begin(&bar, "morph", (size_t)morph->settings.frames, morph->settings.common.quiet);
+    for (int f = 0; good && f < morph->settings.frames && morph->coincided < 0; ++f) {
+        next_pose(morph, f, 1.0);
+        good = run_frame(morph, f);
+        morph->frame_count += good;
+        const struct morph_frame *frame = &morph->frames[f];
+        if (good && frame->distance < COINCIDE && frame->missing < COINCIDE && frame->far < LEFT_OVER) {
+            morph->coincided = f;
+        }
+        progress_update(&bar, (size_t)f + 1, NULL);
+    }
+    progress_end(&bar);
+    good = good && compare_ends(morph) && compare_channels(morph);
+    if (good) {
+        compare_weights(morph);
+    }
+    return good;
+}
+
+static void free_body(springls_context *ctx, struct morph_body *body)
+{
+    springls_mesh_free(ctx, &body->mesh);
+    places_free(&body->places);
+    character_free(&body->character);
+    free(body->influences);
+    free(body->posed);
+}
+
+void morph_free(struct morph *morph)
+{
+    for (int f = 0; morph->frames && f < morph->settings.frames; ++f) {
+        springls_mesh_free(morph->ctx, &morph->frames[f].mesh);
+        free(morph->frames[f].colors);
+        free(morph->frames[f].uvs);
+    }
+    springls_mesh_free(morph->other, &morph->target_mesh);
+    free_body(morph->ctx, &morph->source);
+    free_body(morph->other, &morph->target);
+    free(morph->frames);
+    free(morph->map);
+    free(morph->skin);
+    free(morph->skin_before);
+    free(morph->skin_places);
+    free(morph->pressure);
+    springls_destroy(morph->ctx);
+    springls_destroy(morph->other);
+    springls_cl_destroy(morph->backend);
+}

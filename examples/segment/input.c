@@ -1,0 +1,288 @@
+/* input.c - image, reference, window and starting surface of segment.h. */
+#include "segment/segment.h"
+
+#include "imaging/mirror.h"
+#include "imaging/segment_image.h"
+#include "springls/segment_model.h"
+#include "surface/mesh_io.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* How far a contour may go that starts from a mask or a mesh, in voxels of the image; and how far from a mask the two sides
+ * of a body are compared. */
+static const double usual_stay = 1.0;
+static const float mirror_around = 4.0f;
+
+/* The only image of a file, or the one that --frame names. */
+static bool read_volume(const struct segment *run, const char *path, struct volume *volume)
+{
+    char error[VOLUME_TEXT];
+    bool found = volume_read(path, 0, volume, error);
+    if (found && volume->frame_count > 1 && run->settings.frame < 0) {
+        return segment_fail("%.200s: %d images in one file (4-D): choose one with --frame", path, volume->frame_count);
+    }
+    if (found && volume->frame_count > 1 && run->settings.frame > 0) {
+        volume_free(volume);
+        found = volume_read(path, run->settings.frame, volume, error);
+    }
+    return found || segment_fail("%s", error);
+}
+
+static bool read_image(struct segment *run)
+{
+    struct volume *image = &run->image;
+    if (!read_volume(run, run->settings.image, image)) {
+        return false;
+    }
+    if (image->note[0] && cli_may_print(&run->settings.common)) {
+        printf("note: %s\n", image->note);
+    }
+    if (image->dims[0] < 4 || image->dims[1] < 4 || image->dims[2] < 4) {
+        return segment_fail("%.200s: %d x %d x %d voxels are no volume: 4 are needed each way", run->settings.image,
+                            image->dims[0], image->dims[1], image->dims[2]);
+    }
+    if (!(image->maximum > image->minimum)) {
+        return segment_fail("%.200s: all voxels are equal", run->settings.image);
+    }
+    run->voxels = volume_voxels(image);
+    run->distance = malloc(run->voxels * sizeof *run->distance);
+    run->inside = malloc(run->voxels);
+    return (run->distance && run->inside) || segment_no_memory();
+}
+
+static bool read_reference(struct segment *run)
+{
+    if (!run->settings.reference) {
+        return true;
+    }
+    if (!read_volume(run, run->settings.reference, &run->reference)) {
+        return false;
+    }
+    if (!volume_same_grid(&run->image, &run->reference)) {
+        return segment_fail("%.200s: not on the grid of the image", run->settings.reference);
+    }
+    run->truth = malloc(run->voxels);
+    return run->truth || segment_no_memory();
+}
+
+/* Low, high and ramp of the pressure. */
+static bool choose_window(struct segment *run)
+{
+    const struct segment_settings *set = &run->settings;
+    const double *window = run->result->object->window;
+    const struct volume *image = &run->image;
+    const float range = image->maximum - image->minimum, never = 2.0f * range; /* an open end: the ramp never gets there */
+    const float usual = segment_percentile(image, 0.995) - segment_percentile(image, 0.005);
+    float low, high, ramp;
+    if (window[0] < window[1]) {
+        low = (float)window[0];
+        high = (float)window[1];
+    } else {
+        const float level = isnan(set->level) ? segment_otsu(image) : (float)set->level;
+        low = set->dark ? image->minimum - never : level;
+        high = set->dark ? level : image->maximum + never;
+        if (isnan(set->level) && cli_may_print(&run->settings.common)) {
+            printf("level %.6g (Otsu's threshold)\n", (double)level);
+        }
+    }
+    if (low >= image->maximum || high <= image->minimum || (low < image->minimum && high > image->maximum)) {
+        return segment_fail("the image's intensities, %g to %g, are all on one side of the level", (double)image->minimum,
+                            (double)image->maximum);
+    }
+    ramp = set->ramp > 0.0 ? (float)set->ramp : 0.1f * (usual > 0.0f ? usual : range);
+    run->result->low = low;
+    run->result->high = high;
+    run->result->ramp = fminf(ramp, 0.5f * (high - low)); /* the middle of a window pushes fully */
+    return true;
+}
+
+bool segment_read(struct segment *run)
+{
+    struct segment_settings *set = &run->settings;
+    if (!read_image(run) || !read_reference(run)) {
+        return false;
+    }
+    if (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth))) {
+        return segment_no_memory();
+    }
+    if (isnan(set->stay)) { /* what starts at the object is to stay there */
+        const float *spacing = run->image.spacing;
+        const bool near = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
+        set->stay = near ? usual_stay * cbrt((double)(spacing[0] * spacing[1] * spacing[2])) : 0.0;
+    }
+    return true;
+}
+
+bool segment_begin(struct segment *run, int object)
+{
+    const struct segment_object *what = &run->settings.objects[object];
+    run->result = &run->results[object];
+    memset(run->result, 0, sizeof *run->result);
+    run->result->object = what;
+    run->result->start_dice = (double)NAN;
+    if (run->truth && segment_mask(&run->reference, what->labels, what->label_count, run->truth) == 0) {
+        return segment_fail("%.200s: no voxel has the label asked for", run->settings.reference);
+    }
+    return choose_window(run);
+}
+
+/* ---- start ---- */
+
+/* The level set on the present grid from the pressure, a mask, or the one of a coarser grid. */
+bool segment_start_from(struct segment *run, const struct volume *from, const char *doing)
+{
+    struct volume *grid = &run->grid;
+    segment_resample(from, from->data, grid, grid->data);
+    if (run->settings.largest && !segment_keep_largest(grid->dims, grid->data)) {
+        return segment_no_memory();
+    }
+    return segment_check(run->ctx, springls_set_level_set(run->ctx, grid->data), doing);
+}
+
+static bool start_from_threshold(struct segment *run)
+{
+    struct volume phi = run->pressure;
+    phi.data = malloc(volume_voxels(&phi) * sizeof *phi.data);
+    if (!phi.data) {
+        return segment_no_memory();
+    }
+    for (size_t n = 0; n < volume_voxels(&phi); ++n) {
+        phi.data[n] = -run->pressure.data[n];
+    }
+    const bool started = segment_start_from(run, &phi, "--init threshold");
+    free(phi.data);
+    return started;
+}
+
+/* Lays the mask, -0.5 within and 0.5 without, on the image's grid; mirrored, where the image looks like that. */
+static bool place_mask(struct segment *run, const struct volume *mask, struct volume *placed)
+{
+    if (!volume_create_padded(&run->image, 0, placed)) {
+        return segment_no_memory();
+    }
+    segment_resample(mask, mask->data, placed, placed->data);
+    if (!run->settings.mirror) {
+        return true;
+    }
+    const struct segment_result *result = run->result;
+    const float *spacing = run->image.spacing;
+    const float around = mirror_around * fmaxf(spacing[0], fmaxf(spacing[1], spacing[2]));
+    float *likeness = malloc(run->voxels * sizeof *likeness);
+    uint8_t *inside = malloc(run->voxels);
+    struct mirror mirror;
+    bool good = likeness && inside;
+    for (size_t n = 0; good && n < run->voxels; ++n) {
+        const float value = run->image.data[n];
+        likeness[n] = fmaxf(-1.0f, fminf(1.0f, fminf(value - result->low, result->high - value) / result->ramp));
+        inside[n] = placed->data[n] < 0.0f;
+    }
+    good = good ? mirror_find(&run->image, likeness, inside, around, &mirror) || segment_fail("--mirror: there is no other side")
+                : segment_no_memory();
+    free(likeness);
+    free(inside);
+    if (good) {
+        mirror_apply(&mirror, mask, placed, placed->data);
+        if (cli_may_print(&run->settings.common)) {
+            printf("mirrored: the two sides differ by %.3f of the ramp\n", mirror.misfit);
+        }
+    }
+    return good;
+}
+
+static bool start_from_mask(struct segment *run)
+{
+    const int wanted = run->result->object->mask_label;
+    struct volume mask, placed;
+    memset(&placed, 0, sizeof placed);
+    if (!read_volume(run, run->settings.mask, &mask)) {
+        volume_free(&mask);
+        return false;
+    }
+    uint8_t *inside = malloc(volume_voxels(&mask));
+    bool started = inside || segment_no_memory();
+    if (started && segment_mask(&mask, &wanted, wanted < 0 ? 0 : 1, inside) == 0) {
+        started = segment_fail("%.200s: no voxel has the label asked for", run->settings.mask);
+    }
+    if (started) {
+        for (size_t n = 0; n < volume_voxels(&mask); ++n) {
+            mask.data[n] = inside[n] ? -0.5f : 0.5f;
+        }
+        started = place_mask(run, &mask, &placed);
+    }
+    if (started && run->truth) {
+        for (size_t n = 0; n < run->voxels; ++n) {
+            run->inside[n] = placed.data[n] < 0.0f;
+        }
+        run->result->start_dice = overlap_masks(run->inside, run->truth, run->voxels).dice;
+    }
+    /* From the image's grid where it was mirrored, from the mask's own, which may be finer, where not. */
+    started = started && segment_start_from(run, run->settings.mirror ? &placed : &mask, run->settings.mask);
+    free(inside);
+    volume_free(&mask);
+    volume_free(&placed);
+    return started;
+}
+
+static bool start_from_mesh(struct segment *run)
+{
+    char error[MESH_TEXT];
+    struct mesh mesh;
+    if (!mesh_read(run->settings.init_mesh, &mesh, error)) {
+        return segment_fail("%s", error);
+    }
+    const springls_status status = springls_set_mesh(run->ctx, mesh.positions, (int)mesh.vertex_count, 0,
+                                                     (const int *)(const void *)mesh.indices, (int)mesh.triangle_count, NULL);
+    mesh_free(&mesh);
+    return segment_check(run->ctx, status, run->settings.init_mesh);
+}
+
+static bool start_from_shape(struct segment *run)
+{
+    const struct volume *image = &run->image;
+    float center[3], middle[3], shortest = INFINITY;
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = 0.5f * (float)(image->dims[a] - 1);
+        shortest = fminf(shortest, image->spacing[a] * (float)image->dims[a]);
+    }
+    volume_index_to_world(image, middle, center);
+    if (!isnan(run->settings.center[0])) {
+        memcpy(center, run->settings.center, sizeof center);
+    }
+    const float radius = run->settings.radius > 0.0 ? (float)run->settings.radius : shortest / 3.0f;
+    return segment_check(run->ctx, segment_model_shape(run->ctx, run->settings.init, center, radius), "the starting shape");
+}
+
+bool segment_starts_far(const struct segment *run)
+{
+    const char *init = run->settings.init;
+    return strcmp(init, "mask") != 0 && strcmp(init, "mesh") != 0 && strcmp(init, "threshold") != 0;
+}
+
+/* The present level set as a distance in mm. */
+static bool remember_start(struct segment *run)
+{
+    const float side = run->grid.spacing[0];
+    volume_free(&run->start);
+    if (!volume_create_padded(&run->grid, 0, &run->start)
+        || springls_copy_level_set(run->ctx, run->start.data) != SPRINGLS_OK) {
+        return segment_no_memory();
+    }
+    for (size_t n = 0; n < volume_voxels(&run->start); ++n) {
+        run->start.data[n] *= side;
+    }
+    segment_extend_distance(&run->start, 2.0f * side, run->start.data);
+    return true;
+}
+
+bool segment_start(struct segment *run)
+{
+    const char *init = run->settings.init;
+    return (strcmp(init, "threshold") == 0 ? start_from_threshold(run)
+            : strcmp(init, "mask") == 0    ? start_from_mask(run)
+            : strcmp(init, "mesh") == 0    ? start_from_mesh(run)
+                                           : start_from_shape(run))
+        && (run->settings.stay <= 0.0 || remember_start(run));
+}

@@ -1,0 +1,136 @@
+/* level_set.c - the same segmentation by a level set alone (paper, section 5.6), for segment.h: same start, same
+ * grids, same forces, same rule of rest; no springls. */
+#include "segment/segment.h"
+
+#include "base/bvh.h"
+#include "base/progress.h"
+#include "imaging/level_set.h"
+#include "imaging/segment_image.h"
+#include "springls/segment_model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void speed(void *user, const float *points, const float *normals, int count, float *out)
+{
+    segment_speed(user, points, normals, count, out);
+}
+
+/* Voxels inside. */
+static double volume_of(const struct level_set *contour)
+{
+    const size_t total = (size_t)contour->dims[0] * (size_t)contour->dims[1] * (size_t)contour->dims[2];
+    double volume = 0.0;
+    for (size_t n = 0; n < total; ++n) {
+        volume += contour->phi[n] < 0.0f;
+    }
+    return volume;
+}
+
+/* From the level set in alone->grid to the one at rest. */
+static bool run_level_set_to_rest(struct segment *alone)
+{
+    const struct segment_settings *set = &alone->settings;
+    struct volume *grid = &alone->grid;
+    const size_t bytes = volume_voxels(grid) * sizeof(float);
+    struct level_set contour;
+    if (!segment_forces_update(alone)) {
+        return false;
+    }
+    segment_forces(alone); /* makes the maps ready */
+    if (!level_set_create(&contour, grid->dims, grid->data)) {
+        return segment_no_memory();
+    }
+    contour.speed = speed;
+    contour.user = alone;
+    contour.curvature = (float)set->curvature;
+    contour.fastest = segment_fastest(alone);
+    bool fine = true, at_rest = false;
+    double volume = 0.0; /* at the last look */
+    level_set_moving(&contour, 0.0f);
+    for (int s = 1; fine && s <= set->steps && !at_rest; ++s) {
+        level_set_step(&contour, (float)set->speed);
+        if (s % SEGMENT_LOOK_EVERY == 0) {
+            at_rest = segment_at_rest(level_set_moving(&contour, segment_still(alone)), volume_of(&contour), &volume);
+            if (set->region > 0.0 && !at_rest) {
+                memcpy(grid->data, contour.phi, bytes);
+                fine = segment_forces_update(alone);
+            }
+        }
+    }
+    memcpy(grid->data, contour.phi, bytes);
+    level_set_free(&contour);
+    return fine;
+}
+
+static bool run_alone(struct segment *alone)
+{
+    const int levels = segment_choose_levels(alone);
+    const float finest = segment_choose_side(alone);
+    struct volume coarse;
+    bool fine = true;
+    for (int level = levels - 1; fine && level >= 0; --level) {
+        fine = segment_enter_level(alone, ldexpf(finest, level), &coarse)
+            && (level < levels - 1 ? segment_start_from(alone, &coarse, "level set alone") : segment_start(alone))
+            && segment_check(alone->ctx, springls_copy_level_set(alone->ctx, alone->grid.data), "level set alone")
+            && run_level_set_to_rest(alone);
+        volume_free(&coarse);
+    }
+    return fine /* and a model for its surface */
+        && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone")
+        && segment_check(alone->ctx, springls_extract_mesh(alone->ctx, &alone->surface), "level set alone");
+}
+
+/* From every vertex of one surface to the other one. */
+static bool distances(const springls_mesh *from, const springls_mesh *to, double *mean, double *deviation)
+{
+    struct bvh bvh;
+    double sum = 0.0, squares = 0.0;
+    if (from->vertex_count == 0
+        || !bvh_build(&bvh, to->positions, (const uint32_t *)(const void *)to->triangles, (size_t)to->triangle_count)) {
+        return false;
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for reduction(+ : sum, squares)
+#endif
+    for (int v = 0; v < from->vertex_count; ++v) {
+        const double d = (double)bvh_distance(&bvh, from->positions + 3 * v, NULL, NULL);
+        sum += d;
+        squares += d * d;
+    }
+    bvh_free(&bvh);
+    *mean = sum / from->vertex_count;
+    *deviation = sqrt(fmax(0.0, squares / from->vertex_count - *mean * *mean));
+    return true;
+}
+
+bool segment_compare_level_set(struct segment *run)
+{
+    struct segment alone = *run; /* shares image and settings, has its own model and result */
+    struct segment_result ignored = *run->result, *result = run->result;
+    const double begin = elapsed_seconds();
+    alone.result = &ignored;
+    alone.settings.common.quiet = true;
+    alone.ctx = alone.truth_ctx = NULL;
+    alone.frame_count = 0;
+    memset(&alone.grid, 0, sizeof alone.grid);
+    memset(&alone.start, 0, sizeof alone.start);
+    memset(&alone.surface, 0, sizeof alone.surface);
+    memset(&alone.truth_surface, 0, sizeof alone.truth_surface);
+    alone.distance = malloc(run->voxels * sizeof *alone.distance);
+    alone.inside = malloc(run->voxels);
+    bool fine = (alone.distance && alone.inside) || segment_no_memory();
+    fine = fine && run_alone(&alone);
+    result->level_set_seconds = elapsed_seconds() - begin;
+    if (fine) {
+        segment_map_back(&alone);
+        result->level_set_dice = overlap_masks(run->inside, alone.inside, run->voxels).dice;
+        fine = distances(&run->surface, &alone.surface, &result->level_set_mean, &result->level_set_deviation)
+            || segment_fail("the level set alone has vanished");
+    }
+    segment_end_object(&alone);
+    free(alone.distance);
+    free(alone.inside);
+    return fine;
+}

@@ -1,0 +1,245 @@
+/* run.c - the contour's way to the object, for segment.h. */
+#include "segment/segment.h"
+
+#include "base/progress.h"
+#include "imaging/segment_image.h"
+#include "springls/run_options.h"
+#include "springls/segment_model.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MARGIN = 3, MAX_CELLS = 128, MIN_CELLS = 24 };
+
+/* A springl that still moves has more than this part of the speed at full pressure. */
+static const float rest_speed = 0.05f;
+
+bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
+{
+    *coarse = run->grid;
+    memset(&run->grid, 0, sizeof run->grid);
+    if (!volume_create_cubes(&run->image, side, MARGIN, &run->grid)) {
+        return segment_no_memory();
+    }
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(run->grid.dims, run->grid.spacing, run->grid.origin, run->grid.direction[0]);
+    desc.params = &run->params;
+    desc.backend = run->backend;
+    springls_destroy(run->ctx);
+    run->ctx = NULL;
+    return segment_forces_enter(run, side) && run_create("segment", &desc, &run->ctx) == CLI_CONTINUE;
+}
+
+static bool take_frame(struct segment *run)
+{
+    char caption[48];
+    if (!run->settings.common.out) {
+        return true;
+    }
+    if (run->frame_count == 0) {
+        snprintf(caption, sizeof caption, "start");
+    } else {
+        snprintf(caption, sizeof caption, "step %d, voxels of %.3g mm", run->result->steps, (double)run->grid.spacing[0]);
+    }
+    return model_frame_take(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
+}
+
+float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
+
+float segment_still(const struct segment *run)
+{
+    return rest_speed * (float)run->settings.speed * (float)SEGMENT_LOOK_EVERY;
+}
+
+/* The level set into the grid, where the means are to be taken. */
+static bool region_follows(struct segment *run)
+{
+    return run->settings.region <= 0.0
+        || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+}
+
+/* Looks at the share of springls that moves and at the volume: is the contour at rest? */
+static bool look(struct segment *run, struct segment_watch *watch, double *volume)
+{
+    struct segment_result *result = run->result;
+    springls_measures now;
+    if (!segment_watch_look(watch, run->ctx, segment_still(run), &result->moving)) {
+        return segment_no_memory();
+    }
+    if (!segment_check(run->ctx, springls_measure(run->ctx, &now), "measures")) {
+        return false;
+    }
+    result->at_rest = segment_at_rest(result->moving, now.volume, volume);
+    return true;
+}
+
+/* Steps on one grid until the springls are at rest. */
+static bool run_to_rest(struct segment *run, struct progress *bar)
+{
+    const struct segment_settings *set = &run->settings;
+    struct segment_result *result = run->result;
+    struct segment_watch watch;
+    springls_step_desc step;
+    double volume = 0.0; /* at the last look */
+    memset(&watch, 0, sizeof watch);
+    memset(&step, 0, sizeof step);
+    bool fine = region_follows(run) && segment_forces_update(run);
+    const springls_forces forces = segment_forces(run);
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    step.dt = (float)set->speed; /* a push of 1 moves by this many voxels */
+    const float fastest = step.dt * (segment_fastest(run) + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
+    step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; below that without a look at speeds */
+    step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
+
+    result->at_rest = false;
+    fine = fine && look(run, &watch, &volume);
+    for (int s = 1; fine && s <= set->steps && !result->at_rest && springls_count(run->ctx) > 0; ++s) {
+        char note[64];
+        fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");
+        result->steps++;
+        result->springls_mean += (double)springls_count(run->ctx);
+        if (fine && s % SEGMENT_LOOK_EVERY == 0) {
+            fine = look(run, &watch, &volume);
+            if (fine && set->region > 0.0 && !result->at_rest && springls_count(run->ctx) > 0) {
+                fine = region_follows(run) && segment_forces_update(run);
+            }
+        }
+        snprintf(note, sizeof note, "%d springls, %.1f %% moving", springls_count(run->ctx), 100.0 * (double)result->moving);
+        progress_update(bar, (size_t)result->steps, note);
+    }
+    segment_watch_free(&watch);
+    return fine;
+}
+
+static float longest_side(const struct volume *image)
+{
+    const float *spacing = image->spacing;
+    const int *dims = image->dims;
+    return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
+}
+
+/* By --grid; or as large as the image's voxels, but not more than MAX_CELLS of them. */
+float segment_choose_side(const struct segment *run)
+{
+    const float *spacing = run->image.spacing, longest = longest_side(&run->image);
+    const float own = cbrtf(spacing[0] * spacing[1] * spacing[2]);
+    const int grid = run->settings.common.grid;
+    return grid > 0 ? longest / (float)grid : fmaxf(own, longest / (float)MAX_CELLS);
+}
+
+/* How many grids, each half as fine as the next. What starts at the object needs no coarser ones. */
+int segment_choose_levels(const struct segment *run)
+{
+    const float cells = longest_side(&run->image) / segment_choose_side(run);
+    int levels = 1;
+    if (run->settings.levels > 0 || !segment_starts_far(run)) {
+        return run->settings.levels > 0 ? run->settings.levels : 1;
+    }
+    while (levels < SEGMENT_MAX_LEVELS && ldexpf(cells, -levels) >= (float)MIN_CELLS) {
+        levels++;
+    }
+    return levels;
+}
+
+static bool evolve(struct segment *run)
+{
+    const struct segment_settings *set = &run->settings;
+    struct segment_result *result = run->result;
+    struct volume coarse;
+    struct progress bar;
+    bool fine = true, started = false;
+    if (!run->backend) {
+        run->backend = run_backend("segment", &set->common);
+    }
+    result->voxel = segment_choose_side(run);
+    result->levels = segment_choose_levels(run);
+    const double begin = elapsed_seconds();
+    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)result->levels, !cli_may_print(&run->settings.common));
+    for (int level = result->levels - 1; fine && level >= 0; --level) {
+        fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
+            && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
+        volume_free(&coarse);
+        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, &bar)
+            && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+        started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts afresh */
+        fine = fine && (!started || take_frame(run));
+    }
+    progress_end(&bar);
+    result->seconds = elapsed_seconds() - begin;
+    result->springls_mean /= result->steps > 0 ? (double)result->steps : 1.0;
+    result->springls = run->ctx ? springls_count(run->ctx) : 0;
+    if (fine && !started) {
+        return segment_fail("the contour vanished after %d steps: start closer to the object", result->steps);
+    }
+    return fine && segment_check(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
+        && segment_check(run->ctx, springls_measure(run->ctx, &result->measures), "measures");
+}
+
+void segment_map_back(struct segment *run)
+{
+    const float size = run->grid.spacing[0];
+    segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
+    for (size_t n = 0; n < run->voxels; ++n) {
+        run->distance[n] *= size;
+        run->inside[n] = run->distance[n] < 0.0f;
+    }
+    if (run->settings.common.out) {
+        segment_extend_distance(&run->image, 2.0f * size, run->distance);
+    }
+}
+
+bool segment_run(struct segment *run)
+{
+    if (!evolve(run)) {
+        return false;
+    }
+    segment_map_back(run);
+    segment_forces_free(run);
+    return true;
+}
+
+/* A voxel that two contours claim belongs to the one that it lies deeper in. */
+void segment_keep(struct segment *run)
+{
+    for (size_t n = 0; n < run->voxels; ++n) {
+        if (run->distance[n] < run->depth[n]) {
+            run->depth[n] = run->distance[n];
+            run->labels.data[n] = (float)run->result->object->written;
+        }
+    }
+}
+
+static struct surface as_surface(const springls_mesh *mesh)
+{
+    const struct surface surface = {mesh->positions, (const uint32_t *)(const void *)mesh->triangles,
+                                    (size_t)mesh->triangle_count};
+    return surface;
+}
+
+bool segment_compare(struct segment *run)
+{
+    const struct surface found = as_surface(&run->surface);
+    const float *spacing = run->image.spacing;
+    const char *reference = run->settings.reference;
+    struct segment_result *result = run->result;
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(run->image.dims, run->image.spacing, run->image.origin, run->image.direction[0]);
+    if (!run->truth) {
+        return true;
+    }
+    result->overlap = overlap_masks(run->inside, run->truth, run->voxels);
+    if (run_create("segment", &desc, &run->truth_ctx) != CLI_CONTINUE
+        || !segment_check(run->truth_ctx, segment_model_mask(run->truth_ctx, run->truth, run->voxels), reference)
+        || !segment_check(run->truth_ctx, springls_extract_mesh(run->truth_ctx, &run->truth_surface), reference)) {
+        return false;
+    }
+    const struct surface truth = as_surface(&run->truth_surface);
+    const double tolerance = (double)fmaxf(spacing[0], fmaxf(spacing[1], spacing[2]));
+    result->has_distances = surface_distances_measure(&found, &truth, 0, tolerance, &result->distances);
+    return true;
+}

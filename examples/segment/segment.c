@@ -1,0 +1,245 @@
+/* segment.c - finds objects in a medical image with active contours (paper, section 5.6).
+ *
+ *   segment scan.nii.gz --level 110 --out result
+ *   segment scan.nrrd --window "100,300;-900,-500" --init threshold --out result     two objects, one label map
+ *   segment scan.mha --level 110 --init mask --mask left.nii.gz --mirror --reference labels.nii.gz --label 78
+ *
+ * Pressure pushes the contour outward where the intensity is inside the window and inward elsewhere, the region force by
+ * which side's mean intensity is nearer, edges slow both, gradient vector flow pulls it to edges from afar, curvature
+ * smooths it. It may start anywhere, split and merge. It works on a grid of cubes of its own; the forces are read from the
+ * image in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first: there
+ * the way to the object is short. All places and lengths are millimetres in the image's RAS+ axes. */
+#include "segment/segment.h"
+#include "springls/run_options.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* The next of a list, up to one of `ends`: its length, or 0 when it is empty or longer than `size` - 1. */
+static size_t next_item(const char *text, const char *ends, char *item, size_t size)
+{
+    const size_t length = strcspn(text, ends);
+    if (length >= size) {
+        return 0;
+    }
+    memcpy(item, text, length);
+    item[length] = '\0';
+    return length;
+}
+
+/* "a,b" with a < b. */
+static bool read_window(const char *text, struct segment_object *object)
+{
+    char item[64];
+    double *window = object->window;
+    const size_t length = next_item(text, ",", item, sizeof item);
+    return length > 0 && text[length] == ',' && cli_read_double(item, &window[0])
+        && cli_read_double(text + length + 1, &window[1]) && window[0] < window[1];
+}
+
+static bool read_mask_label(const char *text, struct segment_object *object)
+{
+    return cli_read_int(text, &object->mask_label) && object->mask_label >= -1;
+}
+
+/* "a,b,c" */
+static bool read_labels(const char *text, struct segment_object *object)
+{
+    do {
+        char item[16];
+        const size_t length = next_item(text, ",", item, sizeof item);
+        if (length == 0 || object->label_count == SEGMENT_MAX_LABELS
+            || !cli_read_int(item, &object->labels[object->label_count++])) {
+            return false;
+        }
+        text += length;
+    } while (*text++ == ',');
+    return true;
+}
+
+/* What stands between semicolons, one for each object: their number, or 0 when one is wrong. No text: 1. */
+static int read_objects(const char *text, bool (*read)(const char *, struct segment_object *), struct segment_object *objects)
+{
+    int count = 0;
+    if (!text) {
+        return 1;
+    }
+    do {
+        char item[512];
+        const size_t length = next_item(text, ";", item, sizeof item);
+        if (length == 0 || count == SEGMENT_MAX_OBJECTS || !read(item, &objects[count++])) {
+            return 0;
+        }
+        text += length;
+    } while (*text++ == ';');
+    return count;
+}
+
+/* As many objects as windows or labels of the mask; one of those serves all. */
+static const char *read_all_objects(struct segment_settings *set)
+{
+    struct segment_object *objects = set->objects;
+    for (int o = 0; o < SEGMENT_MAX_OBJECTS; ++o) {
+        objects[o].mask_label = -1;
+    }
+    const int windows = read_objects(set->window_text, read_window, objects);
+    const int masks = read_objects(set->mask_label_text, read_mask_label, objects);
+    const int labels = read_objects(set->label_text, read_labels, objects);
+    const int count = windows > masks ? windows : masks;
+    set->object_count = count;
+    if (windows == 0) {
+        return "--window wants LO,HI with LO < HI; more of them between semicolons";
+    }
+    if (masks == 0) {
+        return "--mask-label wants whole numbers from -1 on: K or K1;K2;...";
+    }
+    if (labels == 0) {
+        return "--label wants whole numbers: K or K1,K2,...; for more than one object K1;K2,K3;...";
+    }
+    if ((windows > 1 && windows < count) || (masks > 1 && masks < count) || (set->label_text && labels != count)) {
+        return "--window, --mask-label and --label do not name as many objects";
+    }
+    for (int o = 0; o < count; ++o) {
+        struct segment_object *object = &objects[o];
+        if (o > 0 && windows == 1) {
+            memcpy(object->window, objects[0].window, sizeof object->window);
+        }
+        if (o > 0 && masks == 1) {
+            object->mask_label = objects[0].mask_label;
+        }
+        object->written = object->label_count > 0 ? object->labels[0] : object->mask_label > 0 ? object->mask_label : o + 1;
+        if (object->written < 1 || object->written > 32767) {
+            return "labels that are to be written lie between 1 and 32767";
+        }
+    }
+    return NULL;
+}
+
+static int check_usage(struct segment_settings *set)
+{
+    const char *wrong = NULL;
+    const bool from_mask = strcmp(set->init, "mask") == 0;
+    if (set->window_text && (!isnan(set->level) || set->dark)) {
+        wrong = "--window goes without --level and --dark";
+    } else if (from_mask != (set->mask != NULL)) {
+        wrong = "--init mask and --mask FILE go together";
+    } else if ((set->mask_label_text || set->mirror) && !from_mask) {
+        wrong = "--mask-label and --mirror go with --init mask";
+    } else if ((strcmp(set->init, "mesh") == 0) != (set->init_mesh != NULL)) {
+        wrong = "--init mesh and --init-mesh FILE go together";
+    } else if (set->label_text && !set->reference) {
+        wrong = "--label goes with --reference FILE";
+    } else if (!(set->pressure > 0.0 || set->region > 0.0 || set->gvf > 0.0)) {
+        wrong = "without --pressure, --region and --gvf nothing moves the contour";
+    } else if (set->compare_level_set && set->keep_topology) {
+        wrong = "--compare-level-set goes without --topology preserved: the level set alone splits and merges";
+    } else {
+        wrong = read_all_objects(set);
+    }
+    return wrong ? cli_fail("segment", CLI_EXIT_USAGE, "%s", wrong) : CLI_CONTINUE;
+}
+
+static int read_command_line(struct segment_settings *set, int argc, char **argv)
+{
+    const char *topology = "free";
+    const struct cli_option options[] = {
+        {"level", CLI_DOUBLE, &set->level, "L", "the object is brighter than L; without: Otsu's threshold", 0, 0, NULL},
+        {"dark", CLI_FLAG, &set->dark, NULL, "the object is darker than the level", 0, 0, NULL},
+        {"window", CLI_STRING, &set->window_text, "LO,HI[;..]", "the object lies between LO and HI; more windows, more "
+         "objects: each a label", 0, 0, NULL},
+        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level, at most half the window; 0: a tenth of "
+         "the image's range without 0.5 % at each end", 0, 1e9, NULL},
+        {"solid", CLI_FLAG, &set->solid, NULL, "what the object shuts in belongs to it, as marrow to bone: where a ball of three "
+         "voxels does not come from outside", 0, 0, NULL},
+        {"pressure", CLI_DOUBLE, &set->pressure, "W", "weight of the pressure of level or window", 0, 10, NULL},
+        {"region", CLI_DOUBLE, &set->region, "W", "weight of the region force: towards the side whose mean intensity is "
+         "nearer (Chan and Vese)", 0, 10, NULL},
+        {"region-means", CLI_CHOICE, &set->region_means, NULL, "where the two means are taken: in the narrow band about the "
+         "contour, or all over", 0, 0, "band|image"},
+        {"edge", CLI_DOUBLE, &set->edge, "W", "share of both that stops at edges of the image", 0, 1, NULL},
+        {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow, which pulls to edges of the object", 0, 10, NULL},
+        {"gvf-halvings", CLI_INT, &set->gvf_halvings, "K", "its grid: 0 the image's, 1 half as fine, ...", 0, 3, NULL},
+        {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
+        {"init", CLI_CHOICE, &set->init, NULL, "where the contour starts", 0, 0,
+         "sphere|cube|torus|metasphere|mask|threshold|mesh"},
+        {"center", CLI_FLOAT3, set->center, "X,Y,Z", "centre of the starting shape, mm; without: of the image", 0, 0, NULL},
+        {"radius", CLI_DOUBLE, &set->radius, "MM", "its radius or half side; 0: a third of the image's shortest side", 0,
+         1e6, NULL},
+        {"mask", CLI_STRING, &set->mask, "FILE", "label map to start from", 0, 0, NULL},
+        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]", "its label, without: all but 0; more labels, more "
+         "objects", 0, 0, NULL},
+        {"mirror", CLI_FLAG, &set->mirror, NULL, "start on the other side of the body: the mask mirrored, and laid where the "
+         "image looks like it", 0, 0, NULL},
+        {"stay", CLI_DOUBLE, &set->stay, "MM", "how far from the start the contour may go; 0: anywhere; without: one voxel of "
+         "the image from a mask or a mesh, else anywhere", 0, 1e6, NULL},
+        {"init-mesh", CLI_STRING, &set->init_mesh, "FILE", "mesh to start from, mm", 0, 0, NULL},
+        {"largest", CLI_FLAG, &set->largest, NULL, "start on every grid with the largest part only, its cavities filled", 0,
+         0, NULL},
+        {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the kind of start", 0,
+         SEGMENT_MAX_LEVELS, NULL},
+        {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
+        {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
+        {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},
+        {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+        {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+        {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
+        {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]", "its labels, without: all but 0; of each object between "
+         "semicolons, and the first one is written", 0, 0, NULL},
+        {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL, "do the same by a level set without springls, and tell "
+         "how far apart the two surfaces are", 0, 0, NULL},
+    };
+    const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD or MetaImage", true};
+    const struct cli_program program = {.name = "segment",
+                                        .summary = "finds objects in an image with active contours",
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = &image,
+                                        .positional_count = 1};
+    const int status = cli_parse(&program, argc, argv);
+    set->keep_topology = strcmp(topology, "preserved") == 0;
+    return status == CLI_CONTINUE ? check_usage(set) : status;
+}
+
+/* One contour after the other. */
+static bool find_objects(struct segment *run)
+{
+    const struct segment_settings *set = &run->settings;
+    for (int o = 0; o < set->object_count; ++o) {
+        if (!segment_begin(run, o) || !segment_run(run) || !segment_compare(run)
+            || (set->compare_level_set && !segment_compare_level_set(run))) {
+            return false;
+        }
+        segment_keep(run);
+        segment_print_summary(run);
+        if (set->common.out && !segment_write_object(run)) {
+            return false;
+        }
+        segment_end_object(run);
+    }
+    return true;
+}
+
+int main(int argc, char **argv)
+{
+    struct segment run = {.settings = {.init = "sphere", .region_means = "band", .level = (double)NAN, .pressure = 1.0,
+                                       .curvature = 0.05, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
+                                       .frame = -1, .center = {NAN, NAN, NAN}}};
+    const struct segment_settings *set = &run.settings;
+    run.settings.common = cli_common_defaults();
+    int status = read_command_line(&run.settings, argc, argv);
+    if (status == CLI_CONTINUE) {
+        status = run_options("segment", &run.settings.common, set->overrides, &run.params);
+    }
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    if (set->keep_topology) {
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+    }
+    const bool done = segment_read(&run) && find_objects(&run) && (!set->common.out || segment_write(&run))
+                   && (!set->common.json || segment_report(&run, set->common.json));
+    segment_free(&run);
+    return done ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+}

@@ -1,0 +1,405 @@
+/* input.c - images, labels, landmarks and the reference's surface, for track.h. */
+#include "track4d/track.h"
+
+#include "imaging/segment_image.h"
+#include "registration/points.h"
+#include "springls/run_options.h"
+#include "springls/segment_model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MARGIN = 5 }; /* voxels of the model's grid around the image */
+static const float noise = 0.005f; /* deviation of the noise in a made sequence, parts of the image's range */
+
+/* ---- frames ---- */
+
+struct beat_time track_beat(const struct track *track, int frame)
+{
+    const struct beat_time t = {&track->beat, beat_phase(frame, track->settings.beat)};
+    return t;
+}
+
+/* The map from a frame of a made motion back to the reference, on the reference's grid. */
+static bool backward_map(const struct track *track, int frame, struct field *back)
+{
+    struct beat_time t = track_beat(track, frame);
+    t.s = -t.s;
+    if (!field_create(&track->image, back)) {
+        return false;
+    }
+    field_sample(beat_map, &t, back);
+    return true;
+}
+
+/* Twelve random numbers make a normal one. */
+static void add_noise(struct volume *image, float deviation, uint32_t seed)
+{
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        float sum = -6.0f;
+        for (int i = 0; i < 12; ++i) {
+            seed = seed * 1664525u + 1013904223u;
+            sum += (float)(seed >> 8) / 16777216.0f;
+        }
+        image->data[n] += deviation * sum;
+    }
+}
+
+/* A file of its own on the common grid: places beyond it hold its smallest value, labels the nearest voxel's. */
+static bool read_onto(const struct volume *grid, const char *path, bool labels, struct volume *volume)
+{
+    char error[VOLUME_TEXT];
+    struct volume read;
+    struct field still;
+    if (!volume_read(path, 0, &read, error)) {
+        return track_fail("%s", error);
+    }
+    bool good = volume_create_padded(grid, 0, volume);
+    if (good && !field_create(grid, &still)) {
+        volume_free(volume);
+        good = false;
+    }
+    if (good) {
+        (labels ? field_warp_labels(&still, &read, volume->data) : field_warp(&still, &read, read.minimum, volume->data));
+        volume->minimum = read.minimum;
+        volume->maximum = read.maximum;
+        field_free(&still);
+    }
+    volume_free(&read);
+    return good || track_no_memory();
+}
+
+/* The reference's voxels, and as many more along its axes as the other image needs. */
+static bool common_grid(const struct volume *reference, const struct volume *other, struct volume *grid)
+{
+    int low[3] = {0, 0, 0}, dims[3];
+    struct volume wide;
+    int high[3] = {reference->dims[0] - 1, reference->dims[1] - 1, reference->dims[2] - 1};
+    for (int corner = 0; corner < 8; ++corner) {
+        float index[3], world[3];
+        for (int a = 0; a < 3; ++a) {
+            index[a] = corner >> a & 1 ? (float)(other->dims[a] - 1) : 0.0f;
+        }
+        volume_index_to_world(other, index, world);
+        volume_world_to_index(reference, world, index);
+        for (int a = 0; a < 3; ++a) {
+            const float bounded = fmaxf(-1e4f, fminf(1e4f, index[a]));
+            low[a] = (int)floorf(bounded) < low[a] ? (int)floorf(bounded) : low[a];
+            high[a] = (int)ceilf(bounded) > high[a] ? (int)ceilf(bounded) : high[a];
+        }
+    }
+    for (int a = 0; a < 3; ++a) {
+        dims[a] = high[a] - low[a] + 1;
+    }
+    if ((double)dims[0] * dims[1] * dims[2] > 1e9) {
+        return track_fail("the two images lie too far from each other");
+    }
+    if (!volume_create(dims, reference->spacing, reference->origin, &wide)) {
+        return track_no_memory();
+    }
+    memcpy(wide.affine, reference->affine, sizeof wide.affine);
+    for (int r = 0; r < 3; ++r) {
+        for (int a = 0; a < 3; ++a) {
+            wide.affine[r][3] += reference->affine[r][a] * low[a];
+        }
+    }
+    const bool good = volume_create_padded(&wide, 0, grid); /* takes all else from the affine map */
+    volume_free(&wide);
+    return good || track_no_memory();
+}
+
+/* The first of two files becomes the reference on a grid that holds both. */
+static bool read_two(struct track *track)
+{
+    char error[VOLUME_TEXT];
+    struct volume second, grid;
+    if (!volume_read(track->settings.second, 0, &second, error)) {
+        return track_fail("%s", error);
+    }
+    bool good = common_grid(&track->image, &second, &grid);
+    volume_free(&second);
+    if (good) {
+        volume_free(&track->image);
+        good = read_onto(&grid, track->settings.image, false, &track->image);
+        volume_free(&grid);
+    }
+    return good;
+}
+
+bool track_frame_image(const struct track *track, int frame, struct volume *image)
+{
+    char error[VOLUME_TEXT];
+    struct register_window window = {0.0f, 1.0f};
+    struct field back;
+    if (track->settings.second) {
+        return read_onto(&track->image, frame == 0 ? track->settings.image : track->settings.second, false, image);
+    }
+    if (track->settings.beat == 0) {
+        return volume_read(track->settings.image, frame, image, error) || track_fail("%s", error);
+    }
+    if (!volume_create_padded(&track->image, 0, image) || !backward_map(track, frame, &back)) {
+        return track_no_memory();
+    }
+    register_window_of(&track->image, &window);
+    field_warp(&back, &track->image, track->image.minimum, image->data);
+    field_free(&back);
+    add_noise(image, noise * (window.high - window.low), 1u + (uint32_t)frame);
+    image->minimum = window.low;
+    image->maximum = window.high;
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        image->minimum = fminf(image->minimum, image->data[n]);
+        image->maximum = fmaxf(image->maximum, image->data[n]);
+    }
+    return true;
+}
+
+static bool mask_of(const struct track *track, const struct volume *labels, float **mask)
+{
+    const size_t total = volume_voxels(labels);
+    unsigned char *inside = malloc(total);
+    *mask = malloc(total * sizeof **mask);
+    if (!inside || !*mask) {
+        free(inside);
+        return track_no_memory();
+    }
+    const int label = track->settings.label;
+    if (segment_mask(labels, &label, label >= 0, inside) == 0) {
+        free(inside);
+        return track_fail("%s: no voxel has the label", track->settings.labels);
+    }
+    for (size_t n = 0; n < total; ++n) {
+        (*mask)[n] = inside[n];
+    }
+    free(inside);
+    return true;
+}
+
+bool track_frame_mask(const struct track *track, int frame, float **mask)
+{
+    char error[VOLUME_TEXT];
+    *mask = NULL;
+    if (track->settings.beat > 0) {
+        struct volume reference = track->image;
+        struct field back;
+        reference.data = track->mask;
+        *mask = malloc(volume_voxels(&reference) * sizeof **mask);
+        if (!*mask || !backward_map(track, frame, &back)) {
+            return track_no_memory();
+        }
+        field_warp_labels(&back, &reference, *mask);
+        field_free(&back);
+        return true;
+    }
+    struct volume labels;
+    const char *const second = track->settings.second_labels;
+    if (track->settings.second && (frame == 0 || second)) {
+        const bool good = read_onto(&track->image, frame == 0 ? track->settings.labels : second, true, &labels)
+            && mask_of(track, &labels, mask);
+        volume_free(&labels);
+        return good;
+    }
+    if (track->labelled == 1 && frame != track->settings.reference) {
+        return true;
+    }
+    if (!volume_read(track->settings.labels, track->labelled == 1 ? 0 : frame, &labels, error)) {
+        return track_fail("%s", error);
+    }
+    const bool good = (volume_same_grid(&labels, &track->image) || track_fail("the labels do not lie on the image's grid"))
+                      && mask_of(track, &labels, mask);
+    volume_free(&labels);
+    return good;
+}
+
+/* ---- the reference ---- */
+
+/* Centre and root mean square radius of the label, mm. */
+static struct beat make_beat(const struct track *track)
+{
+    double sum[3] = {0.0, 0.0, 0.0}, square = 0.0, number = 0.0;
+    for (size_t n = 0; n < volume_voxels(&track->image); ++n) {
+        int place[3];
+        volume_place(track->image.dims, n, place);
+        const float index[3] = {(float)place[0], (float)place[1], (float)place[2]};
+        float x[3];
+        if (track->mask[n] > 0.0f) {
+            volume_index_to_world(&track->image, index, x);
+            for (int a = 0; a < 3; ++a) {
+                sum[a] += (double)x[a];
+                square += (double)x[a] * (double)x[a];
+            }
+            number += 1.0;
+        }
+    }
+    for (int a = 0; a < 3; ++a) {
+        sum[a] /= number;
+        square -= number * sum[a] * sum[a];
+    }
+    return beat_of(sum, sqrt(square / number));
+}
+
+/* The level above which as many voxels lie as the mask has: a blurred ball would shrink at one half. */
+static float volume_level(const float *mask, const float *blurred, size_t total)
+{
+    float low = 0.0f, high = 1.0f;
+    size_t wanted = 0;
+    for (size_t n = 0; n < total; ++n) {
+        wanted += mask[n] > 0.0f;
+    }
+    for (int i = 0; i < 20; ++i) {
+        const float middle = 0.5f * (low + high);
+        size_t above = 0;
+        for (size_t n = 0; n < total; ++n) {
+            above += blurred[n] > middle;
+        }
+        *(above > wanted ? &low : &high) = middle;
+    }
+    return 0.5f * (low + high);
+}
+
+/* The label's surface: its mask, blurred by about a voxel, where it keeps the volume. Negative inside, on the model's grid. */
+static bool make_level_set(const struct track *track)
+{
+    const size_t total = volume_voxels(&track->image);
+    float *blurred = malloc(total * sizeof *blurred);
+    bool good = blurred != NULL;
+    float level = 0.5f;
+    if (good) {
+        memcpy(blurred, track->mask, total * sizeof *blurred);
+        good = segment_blur(&track->image, 2.0f * track->grid.spacing[0], blurred);
+        level = volume_level(track->mask, blurred, total);
+        segment_resample(&track->image, blurred, &track->grid, track->grid.data);
+    }
+    free(blurred);
+    for (size_t n = 0; n < volume_voxels(&track->grid); ++n) {
+        track->grid.data[n] = level - track->grid.data[n];
+    }
+    return good || track_no_memory();
+}
+
+/* Largest distance of a springl's corners from those of a triangle, voxels. */
+static float apart(const struct track *track, const float *springl, const int *triangle, const int corner[3])
+{
+    float furthest = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        float place[3];
+        springls_to_voxel(track->ctx, track->mesh.positions + 3 * triangle[corner[k]], 1, place);
+        for (int a = 0; a < 3; ++a) {
+            furthest = fmaxf(furthest, fabsf(place[a] - springl[3 * k + a]));
+        }
+    }
+    return furthest;
+}
+
+/* Triangles that the library has left out, because they have no area, go from the mesh: then triangle i is springl i. */
+static bool match_springls(struct track *track)
+{
+    static const int orders[4][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}};
+    const springls_view view = springls_view_vertices(track->ctx);
+    int *triangles = track->mesh.triangles, kept = 0;
+    for (int o = 0; o < 4 && kept < view.count; ++o) {
+        memcpy(track->corner, orders[o], sizeof track->corner);
+        for (int t = kept = 0; t < track->mesh.triangle_count && kept < view.count; ++t) {
+            const float *springl = (const float *)(const void *)((const char *)view.data + (size_t)kept * view.stride);
+            if (apart(track, springl, triangles + 3 * t, track->corner) < 1e-3f) {
+                const int same[3] = {triangles[3 * t], triangles[3 * t + 1], triangles[3 * t + 2]};
+                memcpy(triangles + 3 * kept++, same, sizeof same);
+            } else if (kept == 0 && t > 100) {
+                break; /* not in this order */
+            }
+        }
+    }
+    track->mesh.triangle_count = kept;
+    return kept == view.count || track_fail("the reference's mesh and its springls do not agree");
+}
+
+bool track_reference(struct track *track)
+{
+    const springls_mesh *m = &track->mesh;
+    return track_check(track->ctx,
+                       springls_set_mesh(track->ctx, m->positions, m->vertex_count, 0, m->triangles, m->triangle_count, NULL),
+                       "reference");
+}
+
+static bool make_model(struct track *track)
+{
+    const float *s = track->image.spacing;
+    const int cells = track->settings.common.grid;
+    const float longest = fmaxf(s[0] * (float)track->image.dims[0],
+                                fmaxf(s[1] * (float)track->image.dims[1], s[2] * (float)track->image.dims[2]));
+    const float side = cells > 0 ? longest / (float)cells : cbrtf(s[0] * s[1] * s[2]);
+    springls_desc desc;
+    if (!volume_create_cubes(&track->image, side, MARGIN, &track->grid)) {
+        return track_no_memory();
+    }
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(track->grid.dims, track->grid.spacing, track->grid.origin, track->grid.direction[0]);
+    desc.params = &track->params;
+    desc.backend = track->backend = run_backend("track4d", &track->settings.common);
+    return run_create("track4d", &desc, &track->ctx) == CLI_CONTINUE && make_level_set(track)
+           && track_check(track->ctx, springls_set_level_set(track->ctx, track->grid.data), "reference")
+           && track_check(track->ctx, springls_extract_mesh(track->ctx, &track->mesh), "reference") && track_reference(track)
+           && match_springls(track);
+}
+
+static bool read_landmarks(struct track *track)
+{
+    char error[VOLUME_TEXT];
+    size_t frames = 0;
+    if (!points_read_frames(track->settings.landmarks, &track->landmarks, &track->landmark_count, &frames, error)) {
+        return track_fail("%s", error);
+    }
+    if (frames != (size_t)track->frame_count) {
+        return track_fail("%s: landmarks of %zu frames, but there are %d images", track->settings.landmarks, frames,
+                          track->frame_count);
+    }
+    track->anchors = malloc(track->landmark_count * sizeof *track->anchors);
+    if (!track->anchors) {
+        return track_no_memory();
+    }
+    const float *reference = track->landmarks + 3 * track->landmark_count * (size_t)track->settings.reference;
+    return track_check(track->ctx, springls_closest(track->ctx, reference, (int)track->landmark_count, track->anchors),
+                       "landmarks");
+}
+
+bool track_read(struct track *track)
+{
+    const struct track_settings *set = &track->settings;
+    char error[VOLUME_TEXT];
+    struct volume labels;
+    if (!volume_read(set->image, set->reference, &track->image, error) || !volume_read(set->labels, 0, &labels, error)) {
+        return track_fail("%s", error);
+    }
+    track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
+    track->labelled = labels.frame_count;
+    volume_free(&labels);
+    if (set->second) {
+        track->frame_count = 2;
+        track->labelled = 1;
+        if (!read_two(track)) {
+            return false;
+        }
+    }
+    if (track->frame_count < 2 || track->frame_count > TRACK_MAX_FRAMES) {
+        return track_fail("%s: a sequence wants 2 to %d images, it has %d", set->image, TRACK_MAX_FRAMES, track->frame_count);
+    }
+    if (set->reference >= track->frame_count || set->frame >= track->frame_count) {
+        return track_fail("there are frames 0 to %d only", track->frame_count - 1);
+    }
+    if (set->beat == 0 && track->labelled != 1 && track->labelled != track->frame_count) {
+        return track_fail("%s: label maps of %d frames for %d images", set->labels, track->labelled, track->frame_count);
+    }
+    track->frames = calloc((size_t)track->frame_count, sizeof *track->frames);
+    struct track first = *track; /* of a made motion the reference's mask is the file's */
+    first.settings.beat = 0;
+    if (!track->frames) {
+        return track_no_memory();
+    }
+    if (!track_frame_mask(&first, set->reference, &track->mask)) {
+        return false;
+    }
+    if (set->beat > 0) {
+        track->beat = make_beat(track);
+    }
+    return make_model(track) && (!set->landmarks || read_landmarks(track));
+}

@@ -1,0 +1,414 @@
+#include "viewer/app.h"
+
+#include "base/vec3.h"
+#include "viewer/file.h"
+#include "viewer/solid.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define PUSH_SPEED 1.0f     /* radii of the brush a second */
+#define SMOOTH_SPEED 60.0f  /* full steps a second */
+#define SLAB 3.0f           /* voxels that a cut takes away */
+#define MIN_BRUSH_RADIUS 3.0f    /* voxels: below, phi does not show what the brush does */
+
+const char *const viewer_tool_names[VIEWER_TOOLS] = {"drag", "push", "inflate", "smooth", "cut", "merge"};
+const char *const viewer_view_names[VIEWER_VIEWS] = {"surface", "springls", "texture", "wireframe"};
+
+const char viewer_manual[] =
+    "left button    the tool; beside the body: turn the camera\n"
+    "right button   turn the camera; middle button, or shift and right: shift it\n"
+    "wheel          nearer, further; with ctrl, or [ and ]: size of the brush\n"
+    "1 drag         what is in the brush follows the pointer\n"
+    "2 push         inward; shift: outward\n"
+    "3 inflate      in the brush, shift: deflate; ctrl: the whole body\n"
+    "4 smooth       in the brush; ctrl: the whole body\n"
+    "5 cut          a slab along the stroke; shift: all to the right of it\n"
+    "6 merge        click: a ball, drag it; enter: merge, escape: not\n"
+    "V              next view: surface, springls, texture, wireframe\n"
+    "ctrl Z, ctrl Y undo, redo\n"
+    "ctrl S         save; drop a file: load it (tool merge: to merge)\n"
+    "R begin again, F whole body in view, H this help, Q quit\n";
+
+static void show_message(struct viewer_app *app, const char *text)
+{
+    snprintf(app->message, sizeof app->message, "%s", text);
+    ++app->looks;
+}
+
+/* What the model refused is told. */
+static bool done(struct viewer_app *app, bool good)
+{
+    ++app->looks;
+    if (!good) {
+        show_message(app, app->model.error);
+    }
+    return good;
+}
+
+static void fit(struct viewer_app *app)
+{
+    float half[3];
+    vec3_sub(app->model.upper, app->model.lower, half);
+    const float side = app->model.voxel * (float)app->model.grid;
+    viewer_camera_fit(&app->camera, app->model.middle, 0.4f * vec3_length(half), 0.9f * side);
+    ++app->looks;
+}
+
+static bool begin(struct viewer_app *app, const springls_desc *desc, const char *path)
+{
+    const bool good = path ? viewer_model_file(&app->model, desc, path) : viewer_model_ball(&app->model, desc);
+    if (done(app, good)) {
+        viewer_model_free(&app->second);
+        viewer_history_clear(&app->history);
+        app->brush.radius = 0.08f * app->model.voxel * (float)app->model.grid;
+        app->hand = VIEWER_IDLE;
+        app->hover = false;
+        fit(app);
+    }
+    return good;
+}
+
+bool viewer_app_open(struct viewer_app *app, const springls_desc *desc, int width, int height)
+{
+    app->width = width;
+    app->height = height;
+    return begin(app, desc, app->load);
+}
+
+void viewer_app_close(struct viewer_app *app)
+{
+    viewer_history_clear(&app->history);
+    viewer_model_free(&app->model);
+    viewer_model_free(&app->second);
+}
+
+void viewer_app_resize(struct viewer_app *app, int width, int height)
+{
+    app->width = width > 0 ? width : 1;
+    app->height = height > 0 ? height : 1;
+    ++app->looks;
+}
+
+static struct viewer_ray ray_at(const struct viewer_app *app, const float pointer[2])
+{
+    return viewer_camera_ray(&app->camera, pointer[0], pointer[1], app->width, app->height);
+}
+
+static void look_under_pointer(struct viewer_app *app)
+{
+    const struct viewer_ray ray = ray_at(app, app->pointer);
+    app->hover = app->tool != VIEWER_CUT && viewer_pick(&app->model, &ray, &app->brush);
+}
+
+/* The pointer's place in the plane of the view that `held_depth` tells. */
+static void place_at_depth(const struct viewer_app *app, float place[3])
+{
+    float eye[3];
+    const struct viewer_ray ray = ray_at(app, app->pointer);
+    const struct raycast_frame frame = viewer_camera_frame(&app->camera, 1.0f, eye);
+    vec3_add_scaled(eye, app->held_depth / vec3_dot(ray.direction, frame.forward), ray.direction, place);
+}
+
+static void hold(struct viewer_app *app, const float place[3])
+{
+    float eye[3], from_eye[3];
+    const struct raycast_frame frame = viewer_camera_frame(&app->camera, 1.0f, eye);
+    vec3_sub(place, eye, from_eye);
+    app->held_depth = vec3_dot(from_eye, frame.forward);
+    memcpy(app->goal, place, sizeof app->goal);
+}
+
+/* ---- the second body ---- */
+
+static bool over_second(struct viewer_app *app, struct viewer_brush *spot)
+{
+    struct viewer_ray ray = ray_at(app, app->pointer);
+    if (!app->second.ctx) {
+        return false;
+    }
+    vec3_sub(ray.origin, app->offset, ray.origin);
+    const bool hit = viewer_pick(&app->second, &ray, spot);
+    vec3_add_scaled(spot->center, 1.0f, app->offset, spot->center);
+    return hit;
+}
+
+/* At its place, from its file or as a ball. */
+static bool make_second(struct viewer_app *app)
+{
+    const float *at = app->second_place, radius = app->second_radius;
+    const bool good = *app->second_path ? viewer_model_second_file(&app->second, &app->model, at, radius, app->second_path)
+                                        : viewer_model_second_ball(&app->second, &app->model, at, radius);
+    memset(app->offset, 0, sizeof app->offset);
+    show_message(app, good ? "drag the second body; enter merges it, escape takes it away" : app->second.error);
+    return good;
+}
+
+static bool place_second(struct viewer_app *app, const char *path)
+{
+    memcpy(app->second_place, app->hover ? app->brush.center : app->model.middle, sizeof app->second_place);
+    app->second_radius = (path ? 2.0f : 1.0f) * app->brush.radius;
+    snprintf(app->second_path, sizeof app->second_path, "%s", path ? path : "");
+    return make_second(app);
+}
+
+/* A change in one go. One that fails may leave the model empty: it is taken back. */
+static void change(struct viewer_app *app, bool good)
+{
+    char error[VIEWER_TEXT];
+    if (!done(app, good) && app->history.at > 0) {
+        snprintf(error, sizeof error, "%s", app->model.error);
+        viewer_history_undo(&app->history, &app->model);
+        show_message(app, error);
+    }
+}
+
+/* Where it has been dragged to it is made once more: a level set is not moved without a loss. */
+static void merge_second(struct viewer_app *app)
+{
+    if (!app->second.ctx) {
+        return;
+    }
+    vec3_add_scaled(app->second_place, 1.0f, app->offset, app->second_place);
+    if (make_second(app) && done(app, viewer_history_keep(&app->history, &app->model))) {
+        app->message[0] = '\0';
+        change(app, viewer_merge(&app->model, &app->second));
+        viewer_model_free(&app->second);
+    }
+}
+
+/* ---- events ---- */
+
+/* False: there is nothing under the pointer. */
+static bool take_hold(struct viewer_app *app)
+{
+    struct viewer_brush spot;
+    app->holds_second = over_second(app, &spot);
+    if (app->tool == VIEWER_CUT) {
+        for (int i = 0; i < 4; ++i) {
+            app->stroke[i] = app->pointer[i % 2];
+        }
+        return true;
+    }
+    look_under_pointer(app);
+    if (app->tool == VIEWER_MERGE && !app->holds_second) {
+        if (!app->hover || app->second.ctx || !place_second(app, NULL)) {
+            return false;
+        }
+        app->holds_second = true;
+        spot = app->brush;
+    }
+    if (app->holds_second) {
+        hold(app, spot.center);
+        return true;
+    }
+    hold(app, app->brush.center);
+    return app->hover;
+}
+
+static void let_go(struct viewer_app *app)
+{
+    if (app->hand == VIEWER_WORK && app->tool == VIEWER_CUT) {
+        const struct viewer_ray from = ray_at(app, app->stroke), to = ray_at(app, app->stroke + 2);
+        struct viewer_cut cut;
+        if (viewer_cut_between(&from, &to, SLAB * app->model.voxel, (app->modifiers & VIEWER_SHIFT) != 0, &cut)) {
+            if (done(app, viewer_history_keep(&app->history, &app->model))) {
+                change(app, viewer_subtract(&app->model, &cut));
+            }
+        }
+    }
+    app->hand = VIEWER_IDLE;
+    look_under_pointer(app);
+    ++app->looks;
+}
+
+void viewer_app_button(struct viewer_app *app, int button, bool down, int modifiers)
+{
+    if (!down) {
+        let_go(app);
+    } else if (app->hand == VIEWER_IDLE) {
+        app->modifiers = modifiers;
+        if (button == VIEWER_LEFT) {
+            app->message[0] = '\0';
+            app->kept = false;
+            app->hand = take_hold(app) ? VIEWER_WORK : VIEWER_ORBIT;
+        } else {
+            app->hand = button == VIEWER_MIDDLE || modifiers & VIEWER_SHIFT ? VIEWER_PAN : VIEWER_ORBIT;
+        }
+        ++app->looks;
+    }
+}
+
+void viewer_app_move(struct viewer_app *app, float x, float y)
+{
+    const float dx = (x - app->pointer[0]) / (float)app->height, dy = (y - app->pointer[1]) / (float)app->height;
+    float place[3];
+    app->pointer[0] = x;
+    app->pointer[1] = y;
+    ++app->looks;
+    if (app->hand == VIEWER_ORBIT) {
+        viewer_camera_orbit(&app->camera, dx, dy);
+    } else if (app->hand == VIEWER_PAN) {
+        viewer_camera_pan(&app->camera, dx, dy);
+    } else if (app->hand == VIEWER_WORK && app->tool == VIEWER_CUT) {
+        app->stroke[2] = x;
+        app->stroke[3] = y;
+    } else if (app->hand == VIEWER_WORK && (app->holds_second || app->tool == VIEWER_DRAG)) {
+        place_at_depth(app, place);
+        if (app->holds_second) {
+            vec3_sub(place, app->goal, app->goal);
+            vec3_add_scaled(app->offset, 1.0f, app->goal, app->offset);
+        }
+        memcpy(app->goal, place, sizeof place);
+    } else {
+        look_under_pointer(app);
+    }
+}
+
+static void size_brush(struct viewer_app *app, float notches)
+{
+    const float voxel = app->model.voxel, allowed = 0.5f * voxel * (float)app->model.grid;
+    app->brush.radius = fmaxf(MIN_BRUSH_RADIUS * voxel, fminf(allowed, app->brush.radius * powf(1.15f, notches)));
+    ++app->looks;
+}
+
+void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers)
+{
+    if (modifiers & VIEWER_CTRL) {
+        size_brush(app, notches);
+    } else {
+        viewer_camera_zoom(&app->camera, notches);
+        look_under_pointer(app);
+        ++app->looks;
+    }
+}
+
+static void save(struct viewer_app *app)
+{
+    char text[VIEWER_TEXT];
+    if (done(app, viewer_save(&app->model, app->save))) {
+        snprintf(text, sizeof text, "saved %.250s", app->save);
+        show_message(app, text);
+    }
+}
+
+/* Not while a hand is at work. */
+static void go_back(struct viewer_app *app, bool forward)
+{
+    if (app->hand == VIEWER_IDLE) {
+        const bool good = forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
+        show_message(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
+        look_under_pointer(app);
+    }
+}
+
+void viewer_app_key(struct viewer_app *app, int key, int modifiers)
+{
+    ++app->looks;
+    if (key >= '1' && key < '1' + VIEWER_TOOLS && app->hand == VIEWER_IDLE) {
+        app->tool = (enum viewer_tool)(key - '1');
+        look_under_pointer(app);
+        return;
+    }
+    switch (key) {
+    case 'V': app->view = (enum viewer_view)((app->view + (modifiers & VIEWER_SHIFT ? VIEWER_VIEWS - 1 : 1)) % VIEWER_VIEWS); break;
+    case '[': size_brush(app, -1.0f); break;
+    case ']': size_brush(app, 1.0f); break;
+    case 'F': fit(app); break;
+    case 'H': app->help = !app->help; break;
+    case 'R': begin(app, &app->model.desc, app->load); break;
+    case 'S':
+        if (modifiers & VIEWER_CTRL) {
+            save(app);
+        }
+        break;
+    case 'Z':
+    case 'Y':
+        if (modifiers & VIEWER_CTRL) {
+            go_back(app, key == 'Y' || modifiers & VIEWER_SHIFT);
+        }
+        break;
+    case VIEWER_ENTER: merge_second(app); break;
+    case VIEWER_ESCAPE:
+        viewer_model_free(&app->second);
+        app->message[0] = '\0';
+        app->hand = VIEWER_IDLE;
+        break;
+    case 'Q': app->quit = true; break;
+    default: break;
+    }
+}
+
+void viewer_app_drop(struct viewer_app *app, const char *path)
+{
+    if (app->tool == VIEWER_MERGE) {
+        place_second(app, path);
+    } else {
+        begin(app, &app->model.desc, path);
+    }
+}
+
+/* ---- work ---- */
+
+/* The brush runs after the pointer, as far as one step may go: a frame's work is bounded however fast the pointer is. */
+static bool drag_on(struct viewer_app *app)
+{
+    float displacement[3];
+    vec3_sub(app->goal, app->brush.center, displacement);
+    const float length = vec3_length(displacement), allowed = viewer_max_displacement(&app->model, &app->brush);
+    for (int a = 0; a < 3; ++a) {
+        displacement[a] *= length > allowed ? allowed / length : 1.0f;
+    }
+    return viewer_drag(&app->model, &app->brush, displacement);
+}
+
+static bool drag_is_due(const struct viewer_app *app)
+{
+    float displacement[3];
+    vec3_sub(app->goal, app->brush.center, displacement);
+    return vec3_length(displacement) > 0.01f * app->model.voxel;
+}
+
+static bool works(const struct viewer_app *app)
+{
+    const bool shapes = app->tool == VIEWER_PUSH || app->tool == VIEWER_INFLATE || app->tool == VIEWER_SMOOTH;
+    return app->hand == VIEWER_WORK && !app->holds_second && (shapes || (app->tool == VIEWER_DRAG && drag_is_due(app)));
+}
+
+static bool use_tool(struct viewer_app *app, float seconds)
+{
+    const bool shift = (app->modifiers & VIEWER_SHIFT) != 0;
+    const bool everywhere = app->tool != VIEWER_PUSH && (app->modifiers & VIEWER_CTRL) != 0;
+    if (app->tool == VIEWER_DRAG) {
+        return drag_on(app);
+    }
+    look_under_pointer(app);
+    if (!app->hover && !everywhere) {
+        return true;
+    }
+    const struct viewer_brush *brush = everywhere ? NULL : &app->brush;
+    const float distance = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_max_displacement(&app->model, &app->brush));
+    switch (app->tool) {
+    case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? distance : -distance);
+    case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -distance : distance);
+    default: return viewer_smooth(&app->model, brush, fminf(1.0f, SMOOTH_SPEED * seconds));
+    }
+}
+
+bool viewer_app_busy(const struct viewer_app *app)
+{
+    return works(app) || !viewer_model_at_rest(&app->model) || (app->second.ctx && !viewer_model_at_rest(&app->second));
+}
+
+void viewer_app_work(struct viewer_app *app, double seconds)
+{
+    if (works(app)) {
+        app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
+        done(app, use_tool(app, (float)seconds));
+    } else if (!viewer_model_at_rest(&app->model)) {
+        done(app, viewer_model_rest_step(&app->model));
+    } else if (app->second.ctx && !viewer_model_at_rest(&app->second)) {
+        viewer_model_rest_step(&app->second);
+        ++app->looks;
+    }
+}

@@ -1,0 +1,65 @@
+/* app.h - what the viewer is while it runs, and what pointer and keys do to it. Knows no window and no OpenGL: a test
+ * or a script sends the same events as a hand does. */
+#ifndef EXAMPLES_VIEWER_APP_H
+#define EXAMPLES_VIEWER_APP_H
+
+#include "viewer/camera.h"
+#include "viewer/history.h"
+#include "viewer/model.h"
+#include "viewer/tools.h"
+
+enum viewer_tool { VIEWER_DRAG, VIEWER_PUSH, VIEWER_INFLATE, VIEWER_SMOOTH, VIEWER_CUT, VIEWER_MERGE, VIEWER_TOOLS };
+enum viewer_view { VIEWER_SURFACE, VIEWER_SPRINGLS, VIEWER_TEXTURE, VIEWER_WIREFRAME, VIEWER_VIEWS };
+enum viewer_hand { VIEWER_IDLE, VIEWER_ORBIT, VIEWER_PAN, VIEWER_WORK };
+
+enum viewer_button { VIEWER_LEFT, VIEWER_RIGHT, VIEWER_MIDDLE };  /* numbered as GLFW does, as are these */
+enum viewer_modifier { VIEWER_SHIFT = 1, VIEWER_CTRL = 2 };
+enum viewer_key { VIEWER_ENTER = 257, VIEWER_ESCAPE = 256 };       /* letters, digits: their capital ASCII code */
+
+extern const char *const viewer_tool_names[VIEWER_TOOLS], *const viewer_view_names[VIEWER_VIEWS];
+extern const char viewer_manual[]; /* keys and buttons, some lines */
+
+struct viewer_app {
+    struct viewer_model model;
+    struct viewer_model second; /* to be merged; no context: there is none */
+    float second_place[3], offset[3]; /* where it was made, and how far it has been dragged */
+    float second_radius;
+    char second_path[1024];     /* its file; empty: a ball */
+    struct viewer_history history;
+    bool kept;              /* the model before the tool's first step is in the history */
+    struct viewer_camera camera;
+    int width, height; /* of the window, in the unit of pointer positions */
+    enum viewer_tool tool;
+    enum viewer_view view;
+    enum viewer_hand hand;
+    struct viewer_brush brush;
+    bool hover;             /* the brush lies on the surface */
+    float pointer[2];
+    int modifiers;          /* of the button that is down */
+    float goal[3];          /* drag: where the brush's centre is to go */
+    float held_depth;       /* drag: of that place along the camera's axis */
+    bool holds_second;      /* merge: the pointer drags the second body */
+    float stroke[4];        /* cut: x0 y0 x1 y1, while `hand` works */
+    const char *load, *save; /* file names of the command line; load NULL: a ball */
+    bool help, quit;
+    unsigned looks;         /* grows with all that changes the picture */
+    char message[VIEWER_TEXT];
+};
+
+/* The model is made of app->load, or is a ball. False: model.error says why. */
+bool viewer_app_open(struct viewer_app *app, const springls_desc *desc, int width, int height);
+void viewer_app_close(struct viewer_app *app);
+
+void viewer_app_resize(struct viewer_app *app, int width, int height);
+void viewer_app_button(struct viewer_app *app, int button, bool down, int modifiers);
+void viewer_app_move(struct viewer_app *app, float x, float y);
+void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers);
+void viewer_app_key(struct viewer_app *app, int key, int modifiers);
+void viewer_app_drop(struct viewer_app *app, const char *path); /* a file: the second body with the tool merge, else a new model */
+
+/* The frame's share of the work, one step at most: what the active tool does in `seconds`, else a step to rest if one is due.
+ * Nothing where there is nothing to do. */
+void viewer_app_work(struct viewer_app *app, double seconds);
+bool viewer_app_busy(const struct viewer_app *app); /* there is more to do without a further event */
+
+#endif

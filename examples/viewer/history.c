@@ -1,0 +1,94 @@
+#include "viewer/history.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define MAX_BYTES ((size_t)1 << 29)
+
+static void truncate_to(struct viewer_history *history, int count)
+{
+    while (history->count > count) {
+        free(history->states[--history->count].block);
+    }
+}
+
+void viewer_history_clear(struct viewer_history *history)
+{
+    truncate_to(history, 0);
+    history->at = 0;
+}
+
+static void forget_oldest(struct viewer_history *history)
+{
+    free(history->states[0].block);
+    --history->count;
+    --history->at;
+    memmove(history->states, history->states + 1, (size_t)history->count * sizeof *history->states);
+}
+
+static void make_room(struct viewer_history *history, size_t size)
+{
+    for (int i = 0; i < history->count; ++i) {
+        size += history->states[i].size;
+    }
+    while (history->at > 0 && (history->count == VIEWER_MAX_STATES || size > MAX_BYTES)) {
+        size -= history->states[0].size;
+        forget_oldest(history);
+    }
+}
+
+/* The model as it is, behind the others. */
+static bool append(struct viewer_history *history, struct viewer_model *model)
+{
+    struct viewer_state state = {NULL, 0};
+    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &state.size))) {
+        return false;
+    }
+    state.block = malloc(state.size);
+    if (!state.block) {
+        return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    }
+    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, state.block, state.size, &state.size))) {
+        free(state.block);
+        return false;
+    }
+    make_room(history, state.size);
+    history->states[history->count++] = state;
+    return true;
+}
+
+bool viewer_history_keep(struct viewer_history *history, struct viewer_model *model)
+{
+    truncate_to(history, history->at);
+    if (!append(history, model)) {
+        return false;
+    }
+    history->at = history->count;
+    return true;
+}
+
+static bool go_to(struct viewer_history *history, struct viewer_model *model, int at)
+{
+    const struct viewer_state *state = &history->states[at];
+    if (!viewer_model_check(model, springls_restore(model->ctx, state->block, state->size))) {
+        return false;
+    }
+    history->at = at;
+    viewer_model_restored(model);
+    return true;
+}
+
+bool viewer_history_undo(struct viewer_history *history, struct viewer_model *model)
+{
+    model->error[0] = '\0';
+    if (history->at == 0 || (history->at == history->count && !append(history, model))) {
+        return false;
+    }
+    return history->at > 0 && go_to(history, model, history->at - 1);
+}
+
+bool viewer_history_redo(struct viewer_history *history, struct viewer_model *model)
+{
+    model->error[0] = '\0';
+    return history->at + 1 < history->count && go_to(history, model, history->at + 1);
+}

@@ -1,0 +1,300 @@
+#include "viewer/model.h"
+
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "pictures/raycast.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COLOR "color"          /* the name of the attribute */
+#define BODY_SHARE (2.0 / 3.0) /* of the grid's side: the rest is room to drag and inflate into */
+
+static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND};
+
+static bool refuse(struct viewer_model *model, const char *text)
+{
+    snprintf(model->error, sizeof model->error, "%s", text);
+    return false;
+}
+
+bool viewer_model_check(struct viewer_model *model, springls_status status)
+{
+    const char *reason = model->ctx ? springls_last_error(model->ctx) : "";
+    return status == SPRINGLS_OK || refuse(model, *reason ? reason : springls_status_string(status));
+}
+
+void viewer_model_free(struct viewer_model *model)
+{
+    if (model->ctx) {
+        springls_chunks_destroy(model->ctx, model->chunks);
+    }
+    springls_destroy(model->ctx);
+    memset(model, 0, sizeof *model);
+}
+
+static void note_reason(void *user, int level, const char *message)
+{
+    if (level == 1) {
+        snprintf(user, VIEWER_TEXT, "%s", message);
+    }
+}
+
+static double clock_now(void *user)
+{
+    (void)user;
+    return elapsed_seconds();
+}
+
+/* A context whose cubic grid has its middle at `middle`. */
+static bool create_context(struct viewer_model *model, const springls_desc *desc, const float middle[3], double spacing)
+{
+    memset(model, 0, sizeof *model);
+    model->desc = *desc;
+    model->grid = desc->grid.size[0];
+    model->voxel = (float)spacing;
+    model->colors = -1;
+    memcpy(model->middle, middle, sizeof model->middle);
+    for (int a = 0; a < 3; ++a) {
+        model->desc.grid.size[a] = model->grid;
+        model->desc.grid.spacing[a] = spacing;
+        model->desc.grid.origin[a] = (double)middle[a] - 0.5 * spacing * (model->grid - 1);
+    }
+    model->desc.trace.now = clock_now;
+    springls_desc noting = model->desc; /* springls_create tells its reason to the logger alone */
+    noting.logger.log = note_reason;
+    noting.logger.user = model->error;
+    springls_context *trial;
+    if (springls_create(&noting, &trial) != SPRINGLS_OK) {
+        return false;
+    }
+    springls_destroy(trial);
+    return viewer_model_check(model, springls_create(&model->desc, &model->ctx));
+}
+
+/* The new model takes the old one's place when it is good. */
+static bool replace(struct viewer_model *model, struct viewer_model *made, bool good)
+{
+    if (good) {
+        made->version = model->version + 1;
+        made->chunk_generation = model->chunk_generation + 1;
+        viewer_model_free(model);
+        *model = *made;
+    } else {
+        snprintf(model->error, sizeof model->error, "%s", made->error);
+        springls_destroy(made->ctx);
+    }
+    return good;
+}
+
+static bool take_box(struct viewer_model *model)
+{
+    springls_measures measures;
+    if (!viewer_model_check(model, springls_measure(model->ctx, &measures))) {
+        return false;
+    }
+    memcpy(model->lower, measures.lower, sizeof model->lower);
+    memcpy(model->upper, measures.upper, sizeof model->upper);
+    return true;
+}
+
+static bool set_implicit(struct viewer_model *model, springls_implicit_fn fn, void *user)
+{
+    return viewer_model_check(model, springls_set_implicit(model->ctx, fn, user)) && take_box(model);
+}
+
+/* Every springl takes the colour of its place on the mesh, and hands it on from there. */
+static bool take_colors(struct viewer_model *model, const struct mesh *mesh, const int *triangles)
+{
+    const int count = springls_count(model->ctx);
+    springls_material *places = malloc((size_t)count * sizeof *places);
+    float *values = malloc(3 * (size_t)count * sizeof *values);
+    springls_status status = places && values ? springls_springl_materials(model->ctx, places) : SPRINGLS_OUT_OF_MEMORY;
+    if (status == SPRINGLS_OK) {
+        status = springls_interpolate_material(places, count, mesh->colors, 3, triangles, (int)mesh->triangle_count, values);
+    }
+    if (status == SPRINGLS_OK) {
+        status = springls_add_attribute(model->ctx, &color_attribute, values, &model->colors);
+    }
+    free(places);
+    free(values);
+    return viewer_model_check(model, status);
+}
+
+static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
+{
+    int *triangles = malloc(3 * mesh->triangle_count * sizeof *triangles);
+    if (!triangles) {
+        return refuse(model, "not enough memory for the mesh");
+    }
+    for (size_t i = 0; i < 3 * mesh->triangle_count; ++i) {
+        triangles[i] = (int)mesh->indices[i];
+    }
+    const springls_status status = springls_set_mesh(model->ctx, mesh->positions, (int)mesh->vertex_count, 0, triangles,
+                                                     (int)mesh->triangle_count, NULL);
+    const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx)) && (!mesh->colors || take_colors(model, mesh, triangles));
+    free(triangles);
+    model->rest_steps_due = 2 * springls_get_params(model->ctx).resample_period;
+    return good && take_box(model);
+}
+
+/* Middle of the mesh's box and the length of its longest side. */
+static float box_of(const struct mesh *mesh, float middle[3])
+{
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, longest = 0.0f;
+    raycast_grow_box(mesh->positions, mesh->vertex_count, lo, hi);
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = 0.5f * (lo[a] + hi[a]);
+        longest = fmaxf(longest, hi[a] - lo[a]);
+    }
+    return longest;
+}
+
+bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc)
+{
+    springls_sphere ball = {{0.0f, 0.0f, 0.0f}, 1.0f};
+    struct viewer_model made;
+    const bool good = create_context(&made, desc, ball.center, 2.0 / (BODY_SHARE * desc->grid.size[0]))
+                      && set_implicit(&made, springls_implicit_sphere, &ball);
+    return replace(model, &made, good);
+}
+
+bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, const struct mesh *mesh)
+{
+    struct viewer_model made;
+    float middle[3];
+    const double longest = (double)box_of(mesh, middle);
+    if (!(longest > 0.0)) {
+        return refuse(model, "the mesh has no extent");
+    }
+    const bool good = create_context(&made, desc, middle, longest / (BODY_SHARE * desc->grid.size[0])) && set_mesh(&made, mesh);
+    return replace(model, &made, good);
+}
+
+bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, const char *path)
+{
+    struct mesh mesh;
+    if (!mesh_read(path, &mesh, model->error)) {
+        return false;
+    }
+    const bool good = viewer_model_mesh(model, desc, &mesh);
+    mesh_free(&mesh);
+    return good;
+}
+
+bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
+{
+    struct viewer_model made;
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_implicit(&made, fn, user);
+    return replace(second, &made, good);
+}
+
+bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius)
+{
+    springls_sphere ball = {{place[0], place[1], place[2]}, radius};
+    return viewer_model_second(second, like, springls_implicit_sphere, &ball);
+}
+
+bool viewer_model_second_file(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius,
+                              const char *path)
+{
+    struct viewer_model made;
+    struct mesh mesh;
+    float middle[3];
+    if (!mesh_read(path, &mesh, second->error)) {
+        return false;
+    }
+    const float scale = 2.0f * radius / box_of(&mesh, middle);
+    for (size_t i = 0; i < 3 * mesh.vertex_count; ++i) {
+        mesh.positions[i] = place[i % 3] + scale * (mesh.positions[i] - middle[i % 3]);
+    }
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_mesh(&made, &mesh);
+    mesh_free(&mesh);
+    return replace(second, &made, good);
+}
+
+/* Where one of two bodies has colours, the other becomes grey instead of black. */
+static bool make_gray(struct viewer_model *model)
+{
+    const int count = springls_count(model->ctx);
+    float *values = malloc(3 * (size_t)count * sizeof *values);
+    springls_status status = SPRINGLS_OUT_OF_MEMORY;
+    if (values) {
+        for (int i = 0; i < 3 * count; ++i) {
+            values[i] = 0.6f;
+        }
+        status = springls_add_attribute(model->ctx, &color_attribute, values, &model->colors);
+    }
+    free(values);
+    return viewer_model_check(model, status);
+}
+
+bool viewer_model_combine(struct viewer_model *model, springls_operation operation, struct viewer_model *other)
+{
+    if (model->colors < 0 && other->colors >= 0 && !make_gray(model)) {
+        return false;
+    }
+    if (model->colors >= 0 && other->colors < 0 && !make_gray(other)) {
+        return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    }
+    ++model->version;
+    model->rest_steps_due = springls_get_params(model->ctx).resample_period;
+    return viewer_model_check(model, springls_combine(model->ctx, operation, other->ctx));
+}
+
+bool viewer_model_step(struct viewer_model *model, const springls_forces *forces)
+{
+    const springls_step_desc step = {.forces = forces, .dt = 1.0f, .max_displacement = 2.0f};
+    const double begin = elapsed_seconds();
+    const bool good = viewer_model_check(model, springls_step(model->ctx, &step));
+    model->step_seconds = elapsed_seconds() - begin;
+    model->rest_steps_due = springls_get_params(model->ctx).resample_period;
+    ++model->version;
+    return good;
+}
+
+bool viewer_model_rest_step(struct viewer_model *model)
+{
+    const springls_forces none = {0};
+    const int due = model->rest_steps_due;
+    const bool good = viewer_model_step(model, &none);
+    model->rest_steps_due = good && due > 0 ? due - 1 : 0;
+    return good;
+}
+
+bool viewer_model_at_rest(const struct viewer_model *model) { return model->rest_steps_due == 0; }
+
+bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count)
+{
+    const springls_chunks_desc desc = {.correspondences = material};
+    if (model->chunks && material != model->chunks_with_material) {
+        springls_chunks_destroy(model->ctx, model->chunks);
+        model->chunks = NULL;
+    }
+    if (!model->chunks) {
+        ++model->chunk_generation;
+        model->chunks_with_material = material;
+        if (!viewer_model_check(model, springls_chunks_create(model->ctx, &desc, &model->chunks))) {
+            return false;
+        }
+    }
+    return viewer_model_check(model, springls_chunks_update(model->ctx, model->chunks, changed, count));
+}
+
+void viewer_model_restored(struct viewer_model *model)
+{
+    model->colors = springls_find_attribute(model->ctx, COLOR);
+    model->rest_steps_due = 0;
+    ++model->version;
+}
+
+float *viewer_model_colors(struct viewer_model *model, const springls_mesh *mesh)
+{
+    float *colors = model->colors >= 0 ? malloc((size_t)mesh->vertex_count * 3 * sizeof *colors) : NULL;
+    if (colors && springls_mesh_attribute(model->ctx, mesh, model->colors, colors) != SPRINGLS_OK) {
+        free(colors);
+        colors = NULL;
+    }
+    return colors;
+}

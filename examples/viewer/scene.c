@@ -1,0 +1,189 @@
+#include "viewer/scene.h"
+
+#include "base/progress.h"
+#include "viewer/text.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct color clay = {0.62f, 0.70f, 0.80f}, other_clay = {0.85f, 0.66f, 0.45f}, ink = {0.9f, 0.25f, 0.1f};
+
+bool viewer_scene_create(struct viewer_scene *scene, char *error, size_t size)
+{
+    memset(scene, 0, sizeof *scene);
+    return viewer_gl_create(&scene->gl, error, size);
+}
+
+static int chunk_places(const struct viewer_scene *scene) { return scene->chunks_side * scene->chunks_side * scene->chunks_side; }
+
+static void forget_chunks(struct viewer_scene *scene)
+{
+    for (int i = 0; i < chunk_places(scene); ++i) {
+        viewer_gl_unset(&scene->chunks[i]);
+    }
+    free(scene->chunks);
+    scene->chunks = NULL;
+    scene->chunks_side = 0;
+}
+
+void viewer_scene_destroy(struct viewer_scene *scene)
+{
+    forget_chunks(scene);
+    viewer_gl_unset(&scene->body);
+    viewer_gl_unset(&scene->second);
+    viewer_gl_destroy(&scene->gl);
+}
+
+/* Springls as they are, with the gaps between them, or the watertight surface. */
+static bool send(struct viewer_surface *surface, struct viewer_model *model, enum viewer_view view)
+{
+    springls_mesh mesh;
+    const springls_status status = view == VIEWER_SPRINGLS ? springls_extract_soup(model->ctx, &mesh) : springls_extract_mesh(model->ctx, &mesh);
+    if (!viewer_model_check(model, status)) {
+        return false;
+    }
+    float *colors = view == VIEWER_TEXTURE ? viewer_model_colors(model, &mesh) : NULL;
+    const float *const arrays[VIEWER_GL_ARRAYS] = {mesh.positions, mesh.normals, mesh.correspondences, colors};
+    viewer_gl_set(surface, arrays, mesh.vertex_count, mesh.triangles, sizeof *mesh.triangles, mesh.triangle_count);
+    free(colors);
+    springls_mesh_free(model->ctx, &mesh);
+    return true;
+}
+
+/* The surface's chunks that have changed. */
+static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
+{
+    const springls_chunk *changed;
+    int count;
+    if (!viewer_model_chunks(model, material, &changed, &count)) {
+        return false;
+    }
+    if (!scene->chunks || scene->chunk_generation != model->chunk_generation) {
+        forget_chunks(scene);
+        scene->chunk_generation = model->chunk_generation;
+        scene->chunks_side = (model->grid + 7) / 8;
+        scene->chunks = calloc((size_t)chunk_places(scene), sizeof *scene->chunks);
+        if (!scene->chunks) {
+            scene->chunks_side = 0;
+            return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+        }
+    }
+    for (const springls_chunk *c = changed; c < changed + count; ++c) {
+        const float *const arrays[VIEWER_GL_ARRAYS] = {c->positions, c->normals, c->correspondences, NULL};
+        struct viewer_surface *chunk = &scene->chunks[(c->brick[2] * scene->chunks_side + c->brick[1]) * scene->chunks_side + c->brick[0]];
+        if (c->triangle_count > 0) {
+            viewer_gl_set(chunk, arrays, c->vertex_count, c->triangles, sizeof *c->triangles, c->triangle_count);
+        } else {
+            viewer_gl_unset(chunk);
+        }
+    }
+    return true;
+}
+
+/* Springls, and colours that they carry, come as whole meshes. */
+static bool in_chunks(const struct viewer_app *app)
+{
+    return app->view != VIEWER_SPRINGLS && (app->view != VIEWER_TEXTURE || app->model.colors < 0);
+}
+
+/* Only what has changed is made again. */
+static bool refresh(struct viewer_scene *scene, struct viewer_app *app)
+{
+    bool good = true;
+    if (scene->body_version != app->model.version || scene->body_view != app->view) {
+        good = in_chunks(app) ? send_chunks(scene, &app->model, app->view == VIEWER_TEXTURE) : send(&scene->body, &app->model, app->view);
+        scene->body_version = app->model.version;
+    }
+    scene->body_view = app->view;
+    if (!app->second.ctx) {
+        viewer_gl_unset(&scene->second);
+        scene->second_version = 0;
+    } else if (scene->second_version != app->second.version) {
+        good = good && send(&scene->second, &app->second, VIEWER_SURFACE);
+        scene->second_version = app->second.version;
+    }
+    return good;
+}
+
+static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_app *app)
+{
+    const float brush[4] = {app->brush.center[0], app->brush.center[1], app->brush.center[2], app->brush.radius};
+    const bool shows_brush = app->hover || (app->hand == VIEWER_WORK && app->tool == VIEWER_DRAG);
+    const bool everywhere = app->hand == VIEWER_WORK && app->modifiers & VIEWER_CTRL;
+    float middle[3];
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = 0.5f * (app->model.lower[a] + app->model.upper[a]);
+    }
+    struct viewer_paint paint = {.base = clay,
+                                 .painting = app->view != VIEWER_TEXTURE ? 0 : app->model.colors < 0 ? 1 : 2,
+                                 .edges = app->view == VIEWER_SPRINGLS,
+                                 .wires = app->view == VIEWER_WIREFRAME,
+                                 .middle = middle,
+                                 .brush = shows_brush && !everywhere && app->tool != VIEWER_CUT ? brush : NULL};
+    if (in_chunks(app)) {
+        viewer_gl_draw(&scene->gl, scene->chunks, chunk_places(scene), &app->camera, &paint);
+    } else {
+        viewer_gl_draw(&scene->gl, &scene->body, 1, &app->camera, &paint);
+    }
+    struct viewer_paint second = {.base = other_clay, .wires = paint.wires};
+    memcpy(second.offset, app->offset, sizeof second.offset);
+    viewer_gl_draw(&scene->gl, &scene->second, 1, &app->camera, &second);
+}
+
+static void draw_stroke(const struct viewer_scene *scene, const struct viewer_app *app)
+{
+    float ends[4];
+    for (int i = 0; i < 4; ++i) { /* the window's unit need not be a pixel */
+        ends[i] = app->stroke[i] * (i % 2 ? (float)scene->gl.height / (float)app->height : (float)scene->gl.width / (float)app->width);
+    }
+    if (app->hand == VIEWER_WORK && app->tool == VIEWER_CUT) {
+        viewer_gl_line(&scene->gl, ends, ink);
+    }
+}
+
+static void write_panel(struct viewer_scene *scene, const struct viewer_app *app)
+{
+    char text[sizeof scene->text];
+    char times[128] = "";
+    struct image picture;
+    if (scene->show_times) {
+        snprintf(times, sizeof times, "step %.0f ms, mesh %.0f ms, draw %.0f ms", 1e3 * app->model.step_seconds,
+                 1e3 * scene->mesh_seconds, 1e3 * scene->draw_seconds);
+    }
+    viewer_text(app, times, text, sizeof text);
+    if (strcmp(text, scene->text) != 0 && viewer_text_picture(text, &picture)) {
+        memcpy(scene->text, text, sizeof text);
+        viewer_gl_set_panel(&scene->gl, &picture);
+        image_free(&picture);
+    }
+}
+
+bool viewer_scene_draw(struct viewer_scene *scene, struct viewer_app *app, int width, int height)
+{
+    const double begin = elapsed_seconds();
+    const bool good = refresh(scene, app);
+    const double made = elapsed_seconds();
+    if (!good || !viewer_gl_begin(&scene->gl, width, height)) {
+        snprintf(app->message, sizeof app->message, "%s", good ? "no memory for the picture" : app->model.error);
+        return false;
+    }
+    draw_surfaces(scene, app);
+    draw_stroke(scene, app);
+    write_panel(scene, app);
+    viewer_gl_panel(&scene->gl);
+    viewer_gl_show(&scene->gl);
+    if (app->hand != VIEWER_IDLE || viewer_app_busy(app)) { /* times of frames that did something */
+        scene->mesh_seconds = made - begin;
+        scene->draw_seconds = elapsed_seconds() - made;
+    }
+    return true;
+}
+
+bool viewer_scene_save(const struct viewer_scene *scene, const char *path)
+{
+    struct image picture = {0};
+    const bool good = viewer_gl_read(&scene->gl, &picture) && image_write_png(&picture, path);
+    image_free(&picture);
+    return good;
+}

@@ -1,0 +1,102 @@
+/* viewer.c - a body to work on with the mouse: drag, push, inflate, smooth, cut, merge; springls, surface and tracked texture.
+ *
+ *   viewer                                                  # a ball
+ *   viewer bunny.obj --grid 128                             # a mesh (PLY, OBJ, STL, OFF, glTF); dropping a file does the same
+ *   viewer --script strokes.txt --screenshot dent.png       # the events of a file, a picture, the end
+ *   viewer --bench                                          # frame times of the tool push, as JSON
+ *
+ * Keys and buttons: --help, or H in the window. */
+#include "springls/run_options.h"
+#include "springls_cl.h"
+#include "viewer/bench.h"
+#include "viewer/script.h"
+#include "viewer/window.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct settings {
+    struct cli_common common;
+    const char *mesh, *save, *script, *screenshot, *set;
+    int width, height;
+    bool bench;
+};
+
+static int read_command_line(struct settings *set, int argc, char **argv)
+{
+    static char summary[4096];
+    const struct cli_option options[] = {
+        {"save", CLI_STRING, &set->save, "FILE", "where ctrl S saves to: PLY or OBJ", 0, 0, NULL},
+        {"width", CLI_INT, &set->width, "N", "of the window", 64, 8192, NULL},
+        {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
+        {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
+        {"screenshot", CLI_STRING, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
+        {"bench", CLI_FLAG, &set->bench, NULL, "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
+        {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+    };
+    const struct cli_positional mesh[] = {{"MESH", &set->mesh, "PLY, OBJ, STL, OFF or glTF; without it a ball", false}};
+    const struct cli_program program = {.name = "viewer",
+                                        .summary = summary,
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = mesh,
+                                        .positional_count = 1};
+    snprintf(summary, sizeof summary, "a body to work on with the mouse\n\n%s", viewer_manual);
+    return cli_parse(&program, argc, argv);
+}
+
+/* With a script or a screenshot the window stays hidden. */
+static int view(struct viewer_app *app, const struct settings *set)
+{
+    struct viewer_window window;
+    char error[VIEWER_TEXT];
+    if (!viewer_window_open(&window, app, !set->screenshot, error)) {
+        return cli_fail("viewer", CLI_EXIT_FAILURE, "%s", error);
+    }
+    bool good = !set->script || viewer_script_run(set->script, app, viewer_window_show, &window, error);
+    if (good && set->screenshot) {
+        good = viewer_window_show(&window, set->screenshot);
+        snprintf(error, sizeof error, "%s", app->message);
+    } else if (good) {
+        good = viewer_window_loop(&window);
+        snprintf(error, sizeof error, "%s", app->message);
+    }
+    viewer_window_close(&window);
+    return good ? CLI_EXIT_OK : cli_fail("viewer", CLI_EXIT_FAILURE, "%s", error);
+}
+
+static int run(const struct settings *set, const springls_desc *desc)
+{
+    struct viewer_app app;
+    memset(&app, 0, sizeof app);
+    app.load = set->mesh;
+    app.save = set->save;
+    if (!viewer_app_open(&app, desc, set->width, set->height)) {
+        return cli_fail("viewer", CLI_EXIT_FAILURE, "%s", app.model.error);
+    }
+    const int status = view(&app, set);
+    viewer_app_close(&app);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    struct settings set = {.common = cli_common_defaults(), .save = "viewer.ply", .width = 960, .height = 720};
+    springls_params params;
+    springls_desc desc;
+    int status = read_command_line(&set, argc, argv);
+    if (status == CLI_CONTINUE) {
+        status = run_options("viewer", &set.common, set.set, &params);
+    }
+    if (status != CLI_CONTINUE) {
+        return status;
+    }
+    memset(&desc, 0, sizeof desc);
+    desc.grid.size[0] = set.common.grid > 0 || set.bench ? set.common.grid : 96;
+    desc.params = &params;
+    desc.backend = run_backend("viewer", &set.common);
+    status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), run_threads()) : run(&set, &desc);
+    springls_cl_destroy(desc.backend);
+    return status;
+}
