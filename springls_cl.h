@@ -296,7 +296,7 @@ SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls
     return springls__cl_send(ctx, buffer->device, bytes, data);
 }
 
-SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__job job,
+SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__arguments args,
                                            cl_int count, cl_int grain)
 {
     springls__shape shape = springls__shape_of(&ctx->model);
@@ -309,7 +309,7 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
     }
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof shape, &shape);
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof params, &params);
-    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof job, &job);
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof args, &args);
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof count, &count);
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i, sizeof grain, &grain);
     return error;
@@ -317,35 +317,38 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
 
 /* A core takes as many elements as a task of the scalar backend has, a GPU's work item one. */
 SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count,
-                                                 springls__job job, bool brick)
+                                                 springls__arguments args, bool brick)
 {
     springls__cl *cl = springls__cl_of(ctx);
     size_t items, group = brick ? cl->group : 1;
     const size_t *chosen = cl->gpu && !brick ? NULL : &group;
     if (cl->gpu) grain = 1;
     items = group * (((size_t)count + (size_t)grain - 1) / (size_t)grain);
-    SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, kernel, ctx, job, count, grain), name));
+    SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, kernel, ctx, args, count, grain), name));
     cl->counts.kernels++;
     return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, chosen, 0, NULL, NULL), name);
 }
 
-SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
+SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
     const springls__kernel_info *facts = &springls__kernels[kernel];
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], facts->name, facts->grain, count, job, facts->brick);
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], facts->name, facts->grain, count, args, facts->brick);
 }
 
-/* ---- collectives: sequences of the kernels of collect.cl ---- */
+/* ---- collectives: sequences of the kernels of collectives.cl and regions.cl ---- */
 
+/* args NULL: the kernel takes none. */
 SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
-                                                  springls__job job)
+                                                  const springls__arguments *args)
 {
     const springls__collective_info *facts = &springls__collectives[collective];
     cl_kernel kernel = springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective];
-    return count > 0 ? springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, job, false) : SPRINGLS_OK;
+    springls__arguments none;
+    memset(&none, 0, sizeof none);
+    return count > 0 ? springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, args ? *args : none, false) : SPRINGLS_OK;
 }
 
-/* Arrays that collectives are about to use are on the device, as large as they have to be; what they write is only there. */
+/* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
 SPRINGLS__FN springls_status springls__cl_prepare(springls_context *ctx, uint64_t writes)
 {
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
@@ -353,144 +356,151 @@ SPRINGLS__FN springls_status springls__cl_prepare(springls_context *ctx, uint64_
     return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
 }
 
-/* What collectives have counted: the one place where the host waits for the device. */
+/* Reads what collectives have counted: the one place where the host waits for the device. */
 SPRINGLS__FN springls_status springls__cl_counted(springls_context *ctx, int number, uint32_t *counts)
 {
     void *memory = ctx->memory[SPRINGLS__ARRAY_COUNTS].device;
     return springls__cl_download(ctx, memory, (size_t)number * sizeof *counts, counts, "counts");
 }
 
-/* Elements in chunks; *chunks: how many there are. */
-SPRINGLS__FN springls__job springls__cl_chunks(int which, int count, int *chunks)
+/* Divides the first `count` elements of an array into chunks. */
+SPRINGLS__FN springls__arguments springls__cl_chunks(springls__array array, int count)
 {
-    springls__job job = springls__job_of(which);
-    job.i[1] = springls__imax((count + SPRINGLS__CL_CHUNKS - 1) / SPRINGLS__CL_CHUNKS, 64);
-    job.i[2] = count;
-    job.i[3] = *chunks = (count + job.i[1] - 1) / job.i[1];
-    return job;
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.chunk.array = (int)array;
+    args.chunk.size = springls__imax((count + SPRINGLS__CL_CHUNKS - 1) / SPRINGLS__CL_CHUNKS, 64);
+    args.chunk.count = count;
+    args.chunk.chunks = (count + args.chunk.size - 1) / args.chunk.size;
+    return args;
 }
 
-SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, int array, int count, uint8_t value, int *found)
+SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, springls__array array, int count, uint8_t value, int *found)
 {
-    int which = array == SPRINGLS__ARRAY_EDGE ? SPRINGLS__SCRATCHES : array - SPRINGLS__ARRAY_SCRATCH0, chunks;
-    springls__job job = springls__cl_chunks(which, count, &chunks);
+    springls__arguments args = springls__cl_chunks(array, count);
     uint32_t sum;
-    job.f[0] = (float)value;
+    args.chunk.value = value;
     *found = 0;
     if (count <= 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_count_chunk, chunks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_count_chunk, args.chunk.chunks, &args));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
     *found = (int)sum;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, int scratch, int count, float *largest)
+SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springls__array array, int count, float *largest)
 {
-    int chunks;
-    springls__job job = springls__cl_chunks(scratch, count, &chunks);
+    springls__arguments args = springls__cl_chunks(array, count);
     uint32_t bits;
     if (count <= 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, chunks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, args.chunk.chunks, &args));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, &args));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &bits));
     memcpy(largest, &bits, sizeof bits);
     return SPRINGLS_OK;
 }
 
-/* The sums of numbers that are on the device, by chunks; the sum of all stays in counts[0]. */
-SPRINGLS__FN springls_status springls__cl_sums(springls_context *ctx, int which, int count)
+/* Adds up numbers that are on the device, by chunks; the sum of all stays in counts[0]. */
+SPRINGLS__FN springls_status springls__cl_sums(springls_context *ctx, springls__array array, int count)
 {
-    int chunks;
-    springls__job job = springls__cl_chunks(which, count, &chunks);
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, chunks, job));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, job);
+    springls__arguments args = springls__cl_chunks(array, count);
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, args.chunk.chunks, &args));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args);
 }
 
-/* ... make a scan. */
-SPRINGLS__FN springls_status springls__cl_apply(springls_context *ctx, int which, int count)
+/* Replaces each of them by the sum of those before it, given the sums of the chunks. */
+SPRINGLS__FN springls_status springls__cl_apply(springls_context *ctx, springls__array array, int count)
 {
-    int chunks;
-    springls__job job = springls__cl_chunks(which, count, &chunks);
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, chunks, job);
+    springls__arguments args = springls__cl_chunks(array, count);
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, args.chunk.chunks, &args);
 }
 
-SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, int which, int count)
+SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, springls__array array, int count)
 {
-    SPRINGLS__TRY(springls__cl_sums(ctx, which, count));
-    return springls__cl_apply(ctx, which, count);
+    SPRINGLS__TRY(springls__cl_sums(ctx, array, count));
+    return springls__cl_apply(ctx, array, count);
 }
 
-SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, int scratch, int count, int *total)
+SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, springls__array array, int count, int *total)
 {
     uint32_t sum;
     *total = 0;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH0) << scratch));
-    SPRINGLS__TRY(springls__cl_sums(ctx, scratch, count));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, (uint64_t)1 << array));
+    SPRINGLS__TRY(springls__cl_sums(ctx, array, count));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
-    SPRINGLS__TRY(springls__cl_apply(ctx, scratch, count)); /* the last: what fails before it has changed nothing */
+    SPRINGLS__TRY(springls__cl_apply(ctx, array, count)); /* the last: what fails before it has changed nothing */
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cl_compact(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context *ctx)
 {
     int count = ctx->model.set.count, kept;
     if (count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)count, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__SET_BITS | SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SPARE)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_flag, count, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_scan(ctx, 0, count, &kept));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__SET_BITS | SPRINGLS__ROLE_BIT(stay_number) | SPRINGLS__BIT(SPARE)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_flag, count, NULL));
+    SPRINGLS__TRY(springls__cl_scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
     if (kept == count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_out, count, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_in, kept, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_out, count, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_in, kept, NULL));
     ctx->model.set.count = kept;
     return SPRINGLS_OK;
 }
 
-/* Bricks flagged by `mark` over `count` elements become the active ones; keep: those that are active stay so. */
+/* Flags bricks by the kernel `mark` over `count` elements, and those that are active with `keep`; counts what is to be done:
+   bricks to drop, to add, and active then. */
+SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, springls__collective mark, int count, bool keep,
+                                                      const springls__arguments *chunks, uint32_t counts[3])
+{
+    springls__arguments args;
+    args.brick_flag.keep = keep;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)chunks->chunk.count, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_FLAG)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, chunks->chunk.count, &args));
+    SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, chunks));
+    return springls__cl_counted(ctx, 3, counts);
+}
+
+/* Makes the flagged bricks the active ones. */
 SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
 {
     springls__grid *g = &ctx->model.grid;
-    int bricks = (int)springls__brick_count(g), chunks, gone, come, free_now, taken;
-    springls__job job = springls__cl_chunks(0, bricks, &chunks);
+    springls__arguments chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__brick_count(g)), args;
     uint32_t counts[3];
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)bricks, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_FLAG)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, bricks, springls__job_of(keep)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, job));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 3, counts));
-    gone = (int)counts[0];
-    come = (int)counts[1];
-    if (gone + come == 0) return SPRINGLS_OK;
-    free_now = g->free_count + gone;
-    taken = springls__imin(come, free_now);
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + come - taken));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)come, 0));
+    int dropped, added;
+    SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
+    dropped = (int)counts[0];
+    added = (int)counts[1];
+    if (dropped + added == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(added - dropped - g->free_count, 0)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)added, 0));
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(NEW_SLOTS)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks, job));
-    ctx->lost = true; /* half a change cannot be taken up by the host */
-    job.i[0] = free_now;
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_add, chunks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_fill, come, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks.chunk.chunks, &chunks));
+    ctx->lost = true; /* the host cannot finish half a change */
+    args.brick_add.chunk = chunks.chunk;
+    args.brick_add.free_count = g->free_count + dropped;
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_add, chunks.chunk.chunks, &args));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_fill, added, NULL));
     ctx->lost = false;
-    g->free_count = free_now - taken;
-    g->slot_count += come - taken;
+    g->free_count += dropped;
+    springls__take_slots(g, added);
     g->active_count = (int)counts[2];
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cl_cells_cover_around(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_cell_list_cover_around(springls_context *ctx)
 {
     int elements = ctx->model.grid.active_count + ctx->model.cells.large_count;
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_around, elements, true);
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_cover, elements, true);
 }
 
 SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
@@ -498,50 +508,57 @@ SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
     return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_band, ctx->model.grid.active_count, false);
 }
 
-/* Constant bricks and phi are left as they are: both are written afresh. */
+/* Leaves constant bricks and phi as they are: both are written afterwards. */
 SPRINGLS__FN springls_status springls__cl_bricks_around_springls(springls_context *ctx)
 {
     return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_near, ctx->model.set.count, false);
 }
 
-/* All regions at once, by labels that are joined (device.cl). */
-SPRINGLS__FN springls_status springls__cl_settle_regions(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
 {
     static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
                                                     SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_resolve };
     const springls__grid *g = &ctx->model.grid;
-    const uint64_t writes = SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
+    const uint64_t writes = SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
     size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
     int elements = g->active_count * SPRINGLS__ROWS + (int)bricks;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
-    SPRINGLS__TRY(springls__scratch(ctx, 1, nodes, sizeof(int), NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
     SPRINGLS__TRY(springls__cl_prepare(ctx, writes));
-    for (i = 0; i < sizeof kernels / sizeof *kernels; i++)
-        SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], elements, springls__no_job()));
+    for (i = 0; i < sizeof kernels / sizeof *kernels; i++) SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], elements, NULL));
     return SPRINGLS_OK;
 }
 
-/* Keys of all springls, and what they come to: counts of missing bricks, the largest reach, of large springls. */
+/* Finds the keys of all springls, and counts of missing bricks, the largest bounding radius (its bits), and of large springls. */
 SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
 {
-    const uint64_t index = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE);
+    const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE);
     int springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, index | SPRINGLS__BIT(SCRATCH0)));
-    SPRINGLS__TRY(ctx->backend->run(ctx, SPRINGLS__KERNEL_cell_key, springls, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, list));
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, NULL));
     return springls__cl_counted(ctx, 3, counts);
 }
 
-SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cl_cells_fill(springls_context *ctx)
+{
+    int springls = ctx->model.set.count, bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cell_count, bricks));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__ROLE_BIT(cell_count)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_prefix, bricks, NULL));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(cell_count), bricks));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_base, bricks, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_scatter, springls, NULL));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_sort, bricks, NULL);
+}
+
+SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
 {
     springls__cell_list *cells = &ctx->model.cells;
-    int springls = ctx->model.set.count, bricks;
+    int springls = ctx->model.set.count;
     uint32_t counts[3];
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)springls + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, (size_t)springls + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, (size_t)springls + 1, 0));
     SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
     if (counts[0] > 0) {
         SPRINGLS__TRY(springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_missing, springls, true));
@@ -549,40 +566,31 @@ SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
     }
     memcpy(&cells->bounding_radius, &counts[1], sizeof cells->bounding_radius);
     cells->large_count = (int)counts[2];
-    bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls__imax(bricks, springls), sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH0)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_prefix, bricks, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, 0, bricks));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_base, bricks, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_scatter, springls, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_sort, bricks, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_cells_fill(ctx));
     if (cells->large_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, springls__no_job()));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, 0, springls));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, large_number, springls));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__ROLE_BIT(large_number)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, NULL));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(large_number), springls));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, NULL);
 }
 
-SPRINGLS__FN springls_status springls__cl_near_build(springls_context *ctx, float margin)
+SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ctx, float margin)
 {
-    const springls__grid *g = &ctx->model.grid;
-    int springls = ctx->model.set.count, bricks = g->active_count;
-    springls__job job = springls__no_job();
+    int springls = ctx->model.set.count, bricks = ctx->model.grid.active_count;
+    springls__arguments args;
     uint32_t total;
-    job.f[0] = margin;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count + (size_t)bricks + 1, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(SCRATCH0)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 1, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, job));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__SCRATCHES, bricks + 1));
+    args.brick_list.margin = margin;
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__ROLE_BIT(brick_rank)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 2, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, &args));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_cursor, bricks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_scatter, springls, job));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, job);
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_scatter, springls, &args));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, NULL);
 }
 
 /* ---- the life of a backend ---- */
@@ -802,13 +810,13 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.count_of = springls__cl_count_of;
     cl->base.largest = springls__cl_largest;
     cl->base.scan = springls__cl_scan;
-    cl->base.constellation_compact = springls__cl_compact;
-    cl->base.cells_build = springls__cl_cells_build;
-    cl->base.cells_cover_around = springls__cl_cells_cover_around;
+    cl->base.constellation_compact = springls__cl_constellation_compact;
+    cl->base.cell_list_build = springls__cl_cell_list_build;
+    cl->base.cell_list_cover_around = springls__cl_cell_list_cover_around;
     cl->base.band_move = springls__cl_band_move;
-    cl->base.near_build = springls__cl_near_build;
+    cl->base.brick_lists_build = springls__cl_brick_lists_build;
     cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
-    cl->base.settle_regions = springls__cl_settle_regions;
+    cl->base.resolve_regions = springls__cl_resolve_regions;
     missing = springls__cl_load(cl, desc->library);
     if (missing) {
         springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", missing);

@@ -386,41 +386,56 @@ static int is_device(const char *path)
     return n > 3 && strcmp(path + n - 3, ".cl") == 0;
 }
 
-/* Puts a part into the product, or into the device's text if it is a .cl file. That includes parts which are in the text. */
+/* Is line i followed by one that is neither blank nor an include? */
+static int goes_on(const lines *file, size_t i)
+{
+    while (++i < file->count)
+        if (*skip_blanks(file->at[i].string)) return !directive(&file->at[i], "include");
+    return 0;
+}
+
+/* Adds the lines of a part to the product, or to the device's text, each include replaced by what it names. */
+static void add_text(const lines *file, const chain *here, int maths)
+{
+    size_t i;
+    for (i = 0; i < file->count; i++) {
+        line l = file->at[i];
+        char *where = place(here->path, l.number), *inner = quoted_include(&l, here->path, where);
+        size_t before = product.count;
+        l.maths = maths;
+        if (!inner) {
+            add_line(is_device(here->path) ? &device_text : &product, l);
+            continue;
+        }
+        take(inner, where, here);
+        /* The root is a mere list of includes; anywhere else the reader has to see where the part goes on. */
+        if (here->up && product.count > before && goes_on(file, i))
+            add_string(&product, join("/* -------- back in ", here->path, " -------- */"));
+    }
+}
+
+/* Takes a part: into the product, or a .cl file into the device's text. That includes only parts which are in the product. */
 static void take(const char *path, const char *asked_by, const chain *up)
 {
     chain here;
     const part *known = find_part(path);
-    int device = is_device(path), maths;
+    int device = is_device(path), from_device = up && is_device(up->path);
     char *guard;
     lines file;
-    size_t i;
     here.path = path;
     here.up = up;
     check_include(path, asked_by, up);
-    if (up && is_device(up->path) && !device && !known) die("%s: no part of springls.h includes %s", asked_by, path);
-    if (known && (known->guarded || (up && is_device(up->path)))) return;
+    if (from_device && !device && !known) die("%s: no part of springls.h includes %s", asked_by, path);
+    if (known && (known->guarded || from_device)) return;
     file = read_lines(path, asked_by);
     guard = guard_of(&file);
-    maths = is_maths(path) && !device && (guard || !up || !up->up || is_maths(up->path));
     if (guard && strncmp(guard, PRIVATE_GUARD, strlen(PRIVATE_GUARD)) == 0) drop_guard(&file);
     if (!known) add_part(path, guard != 0);
     if (up || device) take_includes_at_top(&file, path, &here);
-    if (up && !device) banner(path);
-    for (i = 0; i < file.count; i++) {
-        char *where = place(path, file.at[i].number);
-        char *inner = quoted_include(&file.at[i], path, where);
-        if (inner) {
-            size_t before = product.count;
-            take(inner, where, &here);
-            /* The root is a mere list of includes; anywhere else the reader has to see where the part goes on. */
-            if (up && product.count > before && i + 1 < file.count)
-                add_string(&product, join("/* -------- back in ", path, " -------- */"));
-        } else {
-            file.at[i].maths = maths;
-            add_line(device ? &device_text : &product, file.at[i]);
-        }
-    }
+    if (up && !device && known) add_string(&product, join("/* -------- again: ", path, " -------- */"));
+    else if (up && !device) banner(path);
+    /* A text without a guard is the device's too where one of its parts includes it. */
+    add_text(&file, &here, is_maths(path) && (guard || !up || !up->up || is_maths(up->path)));
 }
 
 /* ---- step 2: the OpenCL program text ---- */
@@ -593,17 +608,15 @@ static void add_head(void)
     product = head;
 }
 
-/* Refuses two banners or headings with one tag: what follows >> in a line of dashes, to the next blank. A text that is taken
-   more than once has one banner. */
+/* Refuses two banners or headings with one tag: what follows >> in a line of dashes, to the next blank. */
 static void check_tags(void)
 {
-    lines tags = { 0, 0, 0 }, banners = { 0, 0, 0 };
+    lines tags = { 0, 0, 0 };
     size_t i;
     for (i = 0; i < product.count; i++) {
         const char *tag = strstr(product.at[i].string, "---- >>");
         if (!tag) tag = strstr(product.at[i].string, "==== >>");
-        if (!tag || known_name(&banners, product.at[i].string)) continue;
-        add_string(&banners, product.at[i].string);
+        if (!tag) continue;
         tag = copy(tag + 5, strcspn(tag + 5, " "));
         if (known_name(&tags, tag)) die("two parts or headings have the tag %s", tag);
         add_string(&tags, tag);

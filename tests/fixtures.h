@@ -441,11 +441,10 @@ FIXTURE int fixture_add(springls_context *ctx, springls__v3 q0, springls__v3 q1,
 /* Drops the springls with keep[i] == 0. */
 FIXTURE springls_status fixture_keep(springls_context *ctx, const uint8_t *keep)
 {
-    void *copy;
-    springls_status status = springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, &copy);
+    springls_status status = SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count);
     fixture_here(ctx);
     if (status != SPRINGLS_OK) return status;
-    memcpy(copy, keep, (size_t)ctx->model.set.count);
+    memcpy(springls__contract_action(&ctx->model), keep, (size_t)ctx->model.set.count);
     status = springls__constellation_compact(ctx);
     springls__constellation_changed(ctx);
     return status;

@@ -37,7 +37,7 @@ static void make_room(struct viewer_history *history, size_t size)
     }
 }
 
-/* The model as it is, behind the others. */
+/* Appends a snapshot of the model. */
 static bool append(struct viewer_history *history, struct viewer_model *model)
 {
     struct viewer_state state = {NULL, 0};

@@ -1,155 +1,101 @@
-/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same
-   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */
-#ifndef SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
-#define SPRINGLS__KERNEL_DEVICE_COLLECTIVES_CL
+/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items
+   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans
+   over chunks, and numbers are sorted within each list. */
 
-#include "kernels.h"
+/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */
 
-#define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))
+SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }
 
-/* ---- chunks: job.i[1] elements each, of job.i[2] in all ---- */
-
-SPRINGLS__MATHS int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }
-SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }
-
-/* The array of numbers number `which`: scratches, then brick_list_first. */
-SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)
+SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.brick_list_first;
+    return springls__imin((i + 1) * chunk.size, chunk.count);
 }
 
-/* The array of bytes number `which`: scratches, then edge. */
-SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int which)
+/* Returns an array of numbers: a scratch array or brick_list_first. */
+SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int array)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;
+    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;
+    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
 }
 
-SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)
+/* Returns an array of bytes: a scratch array or edge. */
+SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)
 {
-    __global const uint *numbers = springls__numbers(model, job.i[0]);
+    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;
+    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
+}
+
+/* Writes the sum of chunk i to sums[i]. */
+SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)
+{
+    __global const uint *numbers = springls__numbers(model, args.chunk.array);
     uint sum = 0;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];
-    model->sums[i] = sum;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += numbers[k];
+    model->work.sums[i] = sum;
 }
 
-/* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */
-SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__job job, int i)
+/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */
+SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     uint sum = 0, one;
     int k;
-    for (k = 0; k < job.i[3]; k++) {
-        one = model->sums[k];
-        model->sums[k] = sum;
+    for (k = 0; k < args.chunk.chunks; k++) {
+        one = model->work.sums[k];
+        model->work.sums[k] = sum;
         sum += one;
     }
-    model->counts[i] = sum;
+    model->work.counts[i] = sum;
 }
 
-SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__job job, int i)
+/* Replaces each number of chunk i by the sum of those before it. */
+SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global uint *numbers = springls__numbers(model, job.i[0]);
-    uint sum = model->sums[i], one;
+    __global uint *numbers = springls__numbers(model, args.chunk.array);
+    uint sum = model->work.sums[i], one;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {
         one = numbers[k];
         numbers[k] = sum;
         sum += one;
     }
 }
 
-/* How many bytes are job.f[0]. */
-SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__job job, int i)
+/* Counts the bytes of chunk i that are args.chunk.value. */
+SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global const uchar *bytes = springls__bytes(model, job.i[0]);
+    __global const uchar *bytes = springls__bytes(model, args.chunk.array);
     uint sum = 0;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;
-    model->sums[i] = sum;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;
+    model->work.sums[i] = sum;
 }
 
-SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)
+/* Finds the largest float of chunk i, at least 0. */
+SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global const float *values = (__global const float *)model->scratch[job.i[0]];
+    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);
     float largest = 0.0f;
     int k;
-    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);
-    ((__global float *)model->sums)[i] = largest;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);
+    ((__global float *)model->work.sums)[i] = largest;
 }
 
-SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     float largest = 0.0f;
     int k;
-    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->sums)[k]);
-    ((__global float *)model->counts)[i] = largest;
+    for (k = 0; k < args.chunk.chunks; k++) largest = springls__max(largest, ((__global const float *)model->work.sums)[k]);
+    ((__global float *)model->work.counts)[i] = largest;
 }
 
-SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    model->counts[i] = 0u;
+    (void)args;
+    model->work.counts[i] = 0u;
 }
 
-/* ---- springls by cells (section 4.8) ---- */
-
-SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__job job, int i)
-{
-    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    int c;
-    (void)job;
-    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
-}
-
-/* counts: of missing bricks, the largest reach, of large springls. */
-SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__job job, int i)
-{
-    uint key = model->cells.key[i];
-    (void)job;
-    if (key == SPRINGLS__MISSING_KEY) {
-        atomic_inc(SPRINGLS__ATOMIC(model->counts));
-    } else if (key == SPRINGLS__LARGE_KEY) {
-        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));
-    } else {
-        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));
-        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */
-    }
-}
-
-/* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */
-SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)
-{
-    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    uint sum = 0, one;
-    int c;
-    (void)job;
-    for (c = 1; c < SPRINGLS__CELLS; c++) {
-        one = cell[c];
-        cell[c] = sum;
-        sum += one;
-    }
-    ((__global uint *)model->scratch[0])[i] = sum;
-}
-
-SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)
-{
-    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
-    uint base = ((__global const uint *)model->scratch[0])[i];
-    int c;
-    (void)job;
-    cell[0] = base;
-    for (c = 1; c < SPRINGLS__CELLS; c++) cell[c] += base;
-}
-
-/* Entry c + 1 moves on to where cell c ends. */
-SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)
-{
-    uint key = model->cells.key[i];
-    (void)job;
-    if (key != SPRINGLS__LARGE_KEY) model->cells.ids[atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key))] = (uint)i;
-}
-
-/* Ascending, by gaps that shrink. */
+/* Sorts numbers ascending, by gaps that shrink. */
 SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
 {
     uint gap = 1, i, k, id;
@@ -162,262 +108,237 @@ SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
         }
 }
 
-SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__job job, int i)
+/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */
+
+SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
+    (void)args;
+    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+}
+
+/* Counts springl i: in counts[0] when its brick is missing, in counts[2] when it is large, else in its cell; the largest bounding
+   radius goes to counts[1], for floats above 0 are ordered as their bits are. */
+SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint key = model->cells.key[i];
+    (void)args;
+    if (key == SPRINGLS__MISSING_KEY) {
+        SPRINGLS__NEXT(model->work.counts);
+    } else if (key == SPRINGLS__LARGE_KEY) {
+        SPRINGLS__NEXT(model->work.counts + 2);
+    } else {
+        springls__count_in_cell(model, i);
+        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));
+    }
+}
+
+/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */
+SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);
+}
+
+SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)
+{
+    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
     int c;
-    (void)job;
+    (void)args;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];
+}
+
+SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__put_in_cell(model, i);
+}
+
+SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)
+{
+    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
+    int c;
+    (void)args;
     for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
 }
 
-SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
+    (void)args;
+    springls__large_number(model)[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;
+    (void)args;
+    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[springls__large_number(model)[i]] = (uint)i;
 }
 
-/* ---- bricks: those flagged are to be active ---- */
+/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */
 
-/* job.i[0]: those that are stay so. */
-SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
+    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)
+SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)
 {
-    atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);
+    atomic_or((volatile __global uint *)(model->work.brick_flag + brick), 1u);
 }
 
-/* Bricks that particles have come to. */
-SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)
-{
-    springls__v3 p = model->set.s[i].p;
-    (void)job;
-    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
-    springls__mark(model, springls__cell_coordinate(p.x, model->grid.size[0]), springls__cell_coordinate(p.y, model->grid.size[1]),
-                   springls__cell_coordinate(p.z, model->grid.size[2]));
-}
-
-SPRINGLS__MATHS void springls__mark_neighbors(const springls__model *model, const int origin[3], uint reach)
+/* Marks bricks around the one at `origin`. */
+SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint mask)
 {
     int d, at[3];
-    for (d = 0; d < 27 && reach; d++)
-        if ((reach >> d & 1u) && springls__brick_around(&model->grid, origin, d, at)) springls__mark(model, at[0], at[1], at[2]);
+    for (d = 0; d < 27 && mask; d++)
+        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))
+            springls__mark(model, springls__brick_at(&model->grid, at[0], at[1], at[2]));
 }
 
-/* Bricks within one cell of the particles of an active brick, or of a large springl. */
-SPRINGLS__MATHS void springls__mark_around_element(const springls__model *model, springls__job job, int i)
+/* Marks the brick that particle i has come to. */
+SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__arguments args, int i)
 {
     int origin[3];
-    springls__v3 p;
-    (void)job;
-    if (i < model->grid.active_count) {
-        springls__slot_origin(&model->grid, model->grid.active[i], origin);
-        springls__mark_neighbors(model, origin, springls__cells_neighbor_mask(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));
-        return;
-    }
-    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;
-    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;
-    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;
-    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;
-    springls__mark_neighbors(model, origin, 0x7ffffffu);
+    (void)args;
+    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
+    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);
+    springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));
 }
 
-/* Bricks that the band of an active one reaches (SCRATCH0). */
-SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)
 {
     int origin[3];
-    (void)job;
+    uint mask = springls__bricks_to_cover(model, i, origin);
+    (void)args;
+    springls__mark_around(model, origin, mask);
+}
+
+/* Marks the bricks that the band of active brick i reaches. */
+SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__arguments args, int i)
+{
+    int origin[3];
+    (void)args;
     springls__slot_origin(&model->grid, model->grid.active[i], origin);
-    springls__mark_neighbors(model, origin, ((__global const uint *)model->scratch[0])[i]);
+    springls__mark_around(model, origin, springls__band_mask(model)[i]);
 }
 
-/* Bricks within the band of a springl. */
-SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__job job, int i)
+/* Marks the bricks within the band of springl i. */
+SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)
 {
-    int lo[3], hi[3], x, y, z;
-    (void)job;
-    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);
-    for (z = lo[2]; z <= hi[2]; z++)
-        for (y = lo[1]; y <= hi[1]; y++)
-            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);
+    springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);
+    int brick;
+    (void)args;
+    while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);
 }
 
-/* Chunks of all bricks: sums of those that go, come, and are active then. */
-SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__job job, int i)
+/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */
+SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint gone = 0, come = 0, active = 0;
+    uint dropped = 0, added = 0, active = 0;
     int b;
-    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
-        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->brick_flag[b] != 0u;
-        gone += there && !wanted ? 1u : 0u;
-        come += wanted && !there ? 1u : 0u;
+    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {
+        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0u;
+        dropped += there && !wanted ? 1u : 0u;
+        added += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
     }
-    model->sums[3 * i] = gone;
-    model->sums[3 * i + 1] = come;
-    model->sums[3 * i + 2] = active;
+    model->work.sums[3 * i] = dropped;
+    model->work.sums[3 * i + 1] = added;
+    model->work.sums[3 * i + 2] = active;
 }
 
-/* One of the three (i): sums of the chunks before; of all to counts[i]. */
-SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)
+/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */
+SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     uint sum = 0, one;
     int k;
-    for (k = 0; k < job.i[3]; k++) {
-        one = model->sums[3 * k + i];
-        model->sums[3 * k + i] = sum;
+    for (k = 0; k < args.chunk.chunks; k++) {
+        one = model->work.sums[3 * k + i];
+        model->work.sums[3 * k + i] = sum;
         sum += one;
     }
-    model->counts[i] = sum;
+    model->work.counts[i] = sum;
 }
 
-SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint place = (uint)model->grid.free_count + model->sums[3 * i];
-    int b, slot;
-    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
+    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;
+    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {
         slot = model->grid.top[b];
-        if (slot < SPRINGLS__FIRST_SLOT || model->brick_flag[b]) continue;
-        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        model->grid.slot_brick[slot] = -1;
-        model->grid.free_slots[place++] = slot;
+        if (slot >= SPRINGLS__FIRST_SLOT && !model->work.brick_flag[b]) springls__drop_brick(&model->grid, slot, place++);
     }
 }
 
-/* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */
-SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)
+/* Gives new bricks their slots and lists all that are active now. */
+SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;
-    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {
-        if (!model->brick_flag[b]) continue;
-        slot = g->top[b];
-        if (slot < SPRINGLS__FIRST_SLOT) {
-            int inside = slot == SPRINGLS__INSIDE;
-            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];
-            model->new_slots[come++] = slot;
-            g->slot_brick[slot] = b;
-            g->top[b] = slot;
-            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;
+    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;
+    for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {
+        if (!model->work.brick_flag[b]) continue;
+        if (g->top[b] < SPRINGLS__FIRST_SLOT) {
+            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);
+            model->work.new_slots[n++] = slot;
+            springls__add_brick(g, b, slot);
         }
-        g->active[place++] = slot;
+        g->active[place++] = g->top[b];
     }
 }
 
-/* A new brick goes on with the constant it had. */
-SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__arguments args, int i)
 {
-    size_t slot = (size_t)model->new_slots[i];
-    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];
-    int v;
-    (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;
-        model->grid.phi_next[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;
-        model->grid.omega[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = -1.0f; /* unknown */
-    }
-    for (v = 0; v < SPRINGLS__CELLS; v++) model->grid.cell[slot * SPRINGLS__CELLS + (size_t)v] = 0u;
+    (void)args;
+    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);
 }
 
-/* ---- springls by bricks they come near: job.f[0] is the margin ---- */
+/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */
 
-SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }
-
-SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;
+    (void)args;
+    springls__brick_rank(model)[model->grid.active[i]] = (uint)i;
 }
 
-SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->cells.brick_list_first[i] = 0u;
 }
 
-/* Counts springl i in every brick that it comes near, or puts it there. */
-SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, float margin, int i, int put)
+SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    const springls__grid *g = &model->grid;
-    int lo[3], hi[3], x, y, z;
-    springls__springl_bricks(g, &model->set.s[i], margin, lo, hi);
-    for (z = lo[2]; z <= hi[2]; z++)
-        for (y = lo[1]; y <= hi[1]; y++)
-            for (x = lo[0]; x <= hi[0]; x++) {
-                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
-                uint rank;
-                if (slot < SPRINGLS__FIRST_SLOT) continue;
-                rank = ((__global const uint *)model->scratch[0])[slot];
-                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;
-                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));
-            }
+    springls__count_in_brick_lists(model, args.brick_list.margin, i);
 }
 
-SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 0); }
-SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 1); }
-
-SPRINGLS__MATHS void springls__brick_lists_cursor_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    springls__brick_lists_cursor(model)[i] = model->cells.brick_list_first[i];
+    springls__put_in_brick_lists(model, args.brick_list.margin, i);
 }
 
-SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)
 {
     uint first = model->cells.brick_list_first[i];
-    (void)job;
+    (void)args;
     springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);
 }
 
-/* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */
+/* ---- springls that stay: springls__constellation_compact ---- */
 
-SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;
+    (void)args;
+    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__job job, int i)
+/* Moves springls by way of a spare copy: where one goes another may not have left yet. */
+SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];
-    (void)job;
-    if (!((__global const uchar *)model->scratch[1])[i]) return;
-    to->s = model->set.s[i];
-    to->a = model->set.a[i];
-    to->synced_position = model->set.synced_position[i];
-    to->id = model->set.id[i];
-    to->generation = model->set.generation[i];
-    to->component = model->set.component[i];
-    to->phi = model->set.phi[i];
-    to->mask = model->set.mask[i];
-    to->edge = model->set.edge[i];
-    to->parent = model->set.parent[i];
-    to->birth = model->set.birth[i];
+    (void)args;
+    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)
+        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);
 }
 
-SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global const springls__packed *from = (__global const springls__packed *)model->spare + i;
-    (void)job;
-    model->set.s[i] = from->s;
-    model->set.a[i] = from->a;
-    model->set.synced_position[i] = from->synced_position;
-    model->set.id[i] = from->id;
-    model->set.generation[i] = from->generation;
-    model->set.component[i] = from->component;
-    model->set.phi[i] = from->phi;
-    model->set.mask[i] = (uchar)from->mask;
-    model->set.edge[i] = (uchar)from->edge;
-    model->set.parent[i] = from->parent;
-    model->set.birth[i] = from->birth;
+    (void)args;
+    springls__record_store(model, i, model->work.spare[i]);
 }
-
-#endif

@@ -6,8 +6,8 @@
 #include "kernels.h"
 #include "regions.cl"
 
-#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,
-#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;
+#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,
+#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;
 
 #define SPRINGLS__BEGIN(first)                                                                                                   \
     springls__model model;                                                                                                       \
@@ -19,23 +19,23 @@
 /* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */
 #define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \
     __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__job job, int count, int grain)                                                \
+                                         springls__arguments args, int count, int grain)                                                \
     {                                                                                                                            \
         SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
         model.group = springls__alone();                                                                                         \
-        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \
+        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                  \
     }
 
 /* ... or a work group. */
 #define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \
     __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__job job, int count, int grain)                                                \
+                                         springls__arguments args, int count, int grain)                                                \
     {                                                                                                                            \
         __local float memory[floats];                                                                                            \
         SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \
         model.group.item = (int)get_local_id(0);                                                                                 \
         model.group.items = (int)get_local_size(0);                                                                              \
-        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i, memory);                                          \
+        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                          \
     }
 
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)

@@ -4,107 +4,97 @@
 #ifndef SPRINGLS__KERNEL_DEVICE_KERNELS_H
 #define SPRINGLS__KERNEL_DEVICE_KERNELS_H
 
-#include "../language/compat.h"
-#include "../language/vector.h"
-#include "../language/triangle.h"
-#include "../model/model.h"
-#include "../model/grid.h"
-#include "../stages/unsigned_distance.h"
 #include "../model/cell_list.h"
+#include "../model/model.h"
 #include "../model/neighbors.h"
 #include "../stages/advect.h"
-#include "../stages/relax.h"
-#include "../language/winding.h"
-#include "../model/angular_gaps.h"
-#include "../model/neighborhood.h"
 #include "../stages/contract.h"
-#include "../model/fit.h"
-#include "../stages/project.h"
-#include "../stages/keep_edges.h"
-#include "../stages/track.h"
-#include "../stages/resample.h"
-#include "../stages/unsigned_to_signed.h"
 #include "../stages/evolve.h"
-#include "../stages/topology.h"
-#include "../stages/rebuild.h"
-#include "../stages/project_brick.h"
-#include "../model/marching_cubes.h"
 #include "../stages/fill_from_springls.h"
 #include "../stages/fill_gaps.h"
+#include "../stages/keep_edges.h"
+#include "../stages/project_brick.h"
+#include "../stages/rebuild.h"
+#include "../stages/relax.h"
+#include "../stages/resample.h"
+#include "../stages/topology.h"
+#include "../stages/track.h"
+#include "../stages/unsigned_distance.h"
+#include "../stages/unsigned_to_signed.h"
 #include "../output/isosurface.h"
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
-#define SPRINGLS__KERNELS(X)                                                                          \
-    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \
-    X(move, 512, SPRINGLS__BIT(S))                                                                    \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
-    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
-    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
-    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
-    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
-    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
-    X(track, 256, SPRINGLS__BIT(A))                                                                 \
-    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
-    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
-    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
-    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
-    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                               \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                          \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
-    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
-    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                        \
-    X(displacement, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
-    X(attach_vertex_data, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
+#define SPRINGLS__KERNELS(X)                                                                                                     \
+    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \
+    X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
+    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \
+    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \
+    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
+    X(track, 256, SPRINGLS__BIT(A))                                                                                              \
+    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \
+    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
+    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \
+    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \
+    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \
+    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
+    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \
+    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
+    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
+    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \
+    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \
+    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \
+    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
+    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \
+    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))
 
 /* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
-#define SPRINGLS__BRICK_KERNELS(X) \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \
-    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \
-    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
-    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
-    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \
-    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \
-    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \
-    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \
-      SPRINGLS__SURFACE_FLOATS) \
-    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
+#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
+    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \
+    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \
+    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
+    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \
+    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
+    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
+    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \
+      SPRINGLS__SURFACE_FLOATS)                                                                                                  \
+    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
 /* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
-#define SPRINGLS__SIMD_KERNELS(X)                                                                     \
-    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
    Name, and elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                      \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
-    X(counts_clear, 16)                                                                               \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
+#define SPRINGLS__COLLECTIVES(X)                                                                                                 \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
+    X(counts_clear, 16)                                                                                                          \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
+    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 #endif

@@ -11,6 +11,8 @@
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
   #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
+  /* Returns a counter in global memory and raises it by 1; work items may meet there. */
+  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* springls_cl_desc.velocity_source, as advect.h calls it. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -47,6 +49,7 @@
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
+  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
   /* Never called: on the host it is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \

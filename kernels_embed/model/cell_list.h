@@ -89,28 +89,90 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
-SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const float reach_cap = 2.5f; /* twice that of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    (void)job;
+    (void)args;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
                         : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
 }
 
-/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */
+SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
+{
+    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
+}
+
+/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
+   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
+SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
+{
+    int c;
+    cell[0] = begin;
+    for (c = 1; c < SPRINGLS__CELLS; c++) {
+        uint32_t count = cell[c];
+        cell[c] = begin;
+        begin += count;
+    }
+    return begin;
+}
+
+SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
+{
+    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
+        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
+}
+
+/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
+   the list of active brick r begins. */
+SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
+}
+
+/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
+            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
+}
+
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
 SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
-    uint32_t reach = 0;
+    uint32_t mask = 0;
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
             if (cell[4] > cell[0])
-                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
-    return reach;
+                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return mask;
+}
+
+/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
+   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
+SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    if (i < g->active_count) {
+        springls__slot_origin(g, g->active[i], origin);
+        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
+    }
+    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
+    return SPRINGLS__ALL_AROUND;
 }
 
 #endif

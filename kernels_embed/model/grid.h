@@ -24,13 +24,25 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
-/* The first voxel of a slot's brick. */
-SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+/* Finds the first voxel of a brick of the top table. */
+SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    int brick = g->slot_brick[slot];
     origin[0] = 8 * (brick % g->bricks[0]);
     origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
     origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+}
+
+SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+{
+    springls__brick_origin(g, g->slot_brick[slot], origin);
+}
+
+/* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */
+SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])
+{
+    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;
+    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;
+    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
 }
 
 /* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
@@ -251,19 +263,111 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
-
 SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
 {
     return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
 }
 
-/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
+/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
+   springls__neighbor_mask_of_row; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
 {
     at[0] = origin[0] + 8 * (d % 3 - 1);
     at[1] = origin[1] + 8 * (d / 3 % 3 - 1);
     at[2] = origin[2] + 8 * (d / 9 - 1);
     return springls__grid_contains(g, at[0], at[1], at[2]);
+}
+
+#define SPRINGLS__ALL_AROUND 0x7ffffffu
+
+/* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */
+SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, int i, int j, int to[3])
+{
+    const int axis = d >> 1;
+    to[axis] = at[axis] + (d & 1 ? size : -1);
+    to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
+    to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+}
+
+/* A walk over the bricks that a springl comes near. */
+typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
+
+/* Begins at the bricks within `margin` voxels of the box around a triangle. */
+SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+{
+    springls__brick_walk walk;
+    springls__v3 lower = s.q[0], upper = s.q[0];
+    int m;
+    for (m = 1; m < 3; m++) {
+        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));
+        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));
+    }
+    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
+    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
+    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];
+    return walk;
+}
+
+/* Returns the next brick of the top table; -1 at the end. */
+SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)
+{
+    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
+    if (walk->at[2] > walk->hi[2]) return -1;
+    for (axis = 0; axis < 3; axis++) {
+        walk->at[axis] += 8;
+        if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;
+        walk->at[axis] = walk->lo[axis];
+    }
+    return brick;
+}
+
+/* ---- bricks come and go ---- */
+
+/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
+SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
+{
+    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    g->slot_brick[slot] = -1;
+    g->free_slots[place] = slot;
+}
+
+/* Returns the slot of the n-th of some new bricks: one of the `free_count` free slots, the last one first, or one behind all. */
+SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int n)
+{
+    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
+}
+
+/* Makes a constant brick active; the slot's first voxel gets the constant. */
+SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)
+{
+    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
+    g->slot_brick[slot] = brick;
+    g->top[brick] = slot;
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)
+{
+    return g->cell + (size_t)slot * SPRINGLS__CELLS;
+}
+
+SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
+{
+    int c;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;
+}
+
+/* Fills a new brick with the constant of its first voxel; omega is unknown there, and no springl is in its cells. */
+SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
+{
+    const size_t first = (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float value = g->phi[first];
+    size_t v;
+    for (v = first; v < first + SPRINGLS__BRICK_VOXELS; v++) {
+        g->phi[v] = g->phi_next[v] = value;
+        g->omega[v] = -1.0f;
+    }
+    springls__clear_cells(springls__cells_of(g, slot));
 }
 
 #endif

@@ -3,6 +3,8 @@
 #define SPRINGLS__KERNEL_MODEL_MODEL_H
 
 #include "../interface/parameters.h"
+#include "arguments.h"
+#include "scratch.h"
 #include "../language/triangle.h"
 
 #include "../language/width_float.h"
@@ -10,27 +12,106 @@
 #include "../language/width_simd.h"
 #include "springl_body.h"
 
+/* ---- the arrays of a model ----
+   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
+   X(NAME, element type, elements that belong together, struct of the model, member). */
+
+/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
+    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
+    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
+    X(ID, uint32_t, 1, set, id)                                                                                                  \
+    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
+    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
+    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
+    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
+    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+
+/* Lists what a grid has for each slot. */
+#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
+    X(SLOT_BRICK, int, 1, grid, slot_brick)         /* slot -> brick; -1: free or constant                                    */ \
+    X(ACTIVE, int, 1, grid, active)                 /* slots in use by ascending brick: the order of every loop over bricks   */ \
+    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
+    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
+    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
+    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
+
+/* Lists what a grid has. */
+#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+
+/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
+    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
+    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
+    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */
+#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
+    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
+    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
+    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
+
+/* Lists what a device needs to move springls by itself (advect.h). */
+#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
+    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+
+/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
+#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
+    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
+#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
+    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
+    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
+    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
+    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
+    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
+
+/* Lists all arrays. */
+#define SPRINGLS__ARRAYS(X)                                                                                                      \
+    SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \
+    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \
+    SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \
+    SPRINGLS__DEVICE_ARRAYS(X)
+
+typedef enum springls__array {
+#define SPRINGLS__ARRAY_NUMBER(name, type, block, owner, member) SPRINGLS__ARRAY_##name,
+    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
+#undef SPRINGLS__ARRAY_NUMBER
+    SPRINGLS__ARRAY_COUNT
+} springls__array;
+
+#define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;
+
+/* ---- the structs of a model ---- */
+
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
-    SPRINGLS__GLOBAL springls__springl *s;
-    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */
-    SPRINGLS__GLOBAL uint32_t *id;
-    SPRINGLS__GLOBAL uint32_t *generation;
-    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
-    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */
-    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
-    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
-    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
-    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
-    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */
-    int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    int count, at_edges;    /* at_edges: how many lie at a sharp edge   */
+    uint32_t next_id, step; /* step: of the model, modulo 2^30          */
 } springls__constellation;
+
+/* All of one springl. */
+typedef struct springls__record {
+#define SPRINGLS__RECORD_MEMBER(name, type, block, owner, member) type member;
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__RECORD_MEMBER)
+#undef SPRINGLS__RECORD_MEMBER
+} springls__record;
 
 /* Kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
+
+/* What is done with a springl, or with a seed of one. */
+#define SPRINGLS__REMOVE 0
+#define SPRINGLS__KEEP 1
+#define SPRINGLS__RESHAPE 2
+#define SPRINGLS__UNDECIDED 3
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -43,39 +124,29 @@ typedef struct springls__constellation {
 #define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
 
 typedef struct springls__grid {
-    int size[3];                        /* voxels                                                               */
-    int bricks[3];                      /* of the top table                                                     */
-    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */
-    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */
-    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */
-    SPRINGLS__GLOBAL int *free_slots;
+    int size[3];            /* voxels                                                                */
+    int bricks[3];          /* of the top table                                                      */
+    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
-    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
-    SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
-    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
-    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
+    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
+/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
 typedef struct springls__cell_list {
-    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
-    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */
-    SPRINGLS__GLOBAL uint32_t *brick_list_ids;
-    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
-    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
-    float bounding_radius;                         /* of the springls that are in cells                                 */
+    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+    float bounding_radius;  /* the largest of the springls that are in cells                         */
     int large_count;
 } springls__cell_list;
 
-/* Forces that kernels can take by themselves (advect.h). */
+/* Forces that kernels evaluate by themselves (advect.h). */
 struct springls__force_rule;
-typedef struct springls__forces_here {
-    SPRINGLS__GLOBAL struct springls__force_rule *rule;
-    SPRINGLS__GLOBAL float *pressure, *velocity, *user;
-} springls__forces_here;
+typedef struct springls__force_arrays { SPRINGLS__FORCE_ARRAYS(SPRINGLS__ARRAY_MEMBER) } springls__force_arrays;
 
-#define SPRINGLS__SCRATCHES 8
+typedef struct springls__work_arrays {
+    SPRINGLS__GLOBAL void *scratch[8];
+    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
+} springls__work_arrays;
 
 /* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
 #define SPRINGLS__ROWS 64
@@ -95,52 +166,21 @@ SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return 
 typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
-    springls__grid reference;           /* phi_ref: top table and phi only                                      */
+    springls__grid reference;      /* phi_ref: top table and phi only                                       */
     springls__cell_list cells;
-    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
-    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
-    springls__forces_here force;        /* what moves it, where no callback does                                */
-    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
-    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
-    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
-    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */
-    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
+    springls__force_arrays force;  /* what moves the springls where no callback does                        */
+    springls__work_arrays work;
     springls__group group;
     springls_params params;
 } springls__model;
 
-/* All arrays: name, element, elements that belong together, place in the model. */
-#define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
-    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
-    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \
-    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
-    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \
-    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
-    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
-    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
-    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
-    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
-    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \
-    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
-    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
-    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
-    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
-    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
-    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
-    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
-    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
-
-/* All of a springl, on its way to another place. */
-typedef struct springls__packed {
-    springls__springl s;
-    springls__v3 a, synced_position;
-    uint32_t id, generation;
-    int32_t component;
-    float phi;
-    uint32_t mask, edge, parent, birth;
-} springls__packed;
-#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
+/* Makes the accessor of a role: its elements in working memory (scratch.h). */
+#define SPRINGLS__ROLE_ACCESSOR(role, type, number)                                                                              \
+    SPRINGLS__MATHS SPRINGLS__GLOBAL type *springls__##role(const springls__model *model)                                        \
+    {                                                                                                                            \
+        return (SPRINGLS__GLOBAL type *)model->work.scratch[number];                                                             \
+    }
+SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -171,42 +211,71 @@ SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { re
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
-/* A new springl in place i, at or beyond `count`: its id follows from the place. */
+SPRINGLS__MATHS springls__record springls__record_load(const springls__model *model, int i)
+{
+    springls__record record;
+#define SPRINGLS__LOAD_MEMBER(name, type, block, owner, member) record.member = model->owner.member[i];
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__LOAD_MEMBER)
+#undef SPRINGLS__LOAD_MEMBER
+    return record;
+}
+
+SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i, springls__record record)
+{
+#define SPRINGLS__STORE_MEMBER(name, type, block, owner, member) model->owner.member[i] = record.member;
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__STORE_MEMBER)
+#undef SPRINGLS__STORE_MEMBER
+}
+
+/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
+{
+    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
+    record->component = -1;
+    record->phi = 0.0f;
+    record->synced_position = record->s.p;
+}
+
+/* Stores a new springl in place i, at or beyond `count`. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
-    model->set.s[i] = s;
-    model->set.a[i] = a;
-    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
-    model->set.generation[i] = generation;
-    model->set.mask[i] = mask;
-    model->set.component[i] = -1;
-    model->set.edge[i] = 0;
-    model->set.parent[i] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
-    model->set.phi[i] = 0.0f;
-    model->set.synced_position[i] = s.p;
+    springls__record record;
+    record.s = s;
+    record.a = a;
+    record.generation = generation;
+    record.mask = mask;
+    record.edge = 0;
+    record.birth = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
+    springls__record_renew(model, i, &record);
+    springls__record_store(model, i, record);
 }
 
 /* phi has been made to follow the springls. */
-SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* To SCRATCH7: how far a particle has come since then, squared. */
-SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
+    (void)args;
+    springls__synced_distance2(model)[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
 }
 
-/* The model's numbers, as kernels are given them. */
+/* Lists the numbers of a model that kernels are given besides its arrays: X(type, name, place in the model). */
+#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
+    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
+    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
+    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
+    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+
 typedef struct springls__shape {
-    int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id, step;
-    int active_count, free_count, slot_count, large_count;
-    float far_value, reference_far_value, bounding_radius;
+    int size[3], bricks[3];
+#define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+#undef SPRINGLS__NUMBER_MEMBER
 } springls__shape;
 
 SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
@@ -217,17 +286,9 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
         shape.size[axis] = model->grid.size[axis];
         shape.bricks[axis] = model->grid.bricks[axis];
     }
-    shape.springls = model->set.count;
-    shape.at_edges = model->set.at_edges;
-    shape.next_id = model->set.next_id;
-    shape.step = model->set.step;
-    shape.active_count = model->grid.active_count;
-    shape.free_count = model->grid.free_count;
-    shape.slot_count = model->grid.slot_count;
-    shape.large_count = model->cells.large_count;
-    shape.far_value = model->grid.far_value;
-    shape.reference_far_value = model->reference.far_value;
-    shape.bounding_radius = model->cells.bounding_radius;
+#define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)
+#undef SPRINGLS__READ_NUMBER
     return shape;
 }
 
@@ -238,17 +299,9 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
         model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
         model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
     }
-    model->set.count = shape.springls;
-    model->set.at_edges = shape.at_edges;
-    model->set.next_id = shape.next_id;
-    model->set.step = shape.step;
-    model->grid.active_count = shape.active_count;
-    model->grid.free_count = shape.free_count;
-    model->grid.slot_count = shape.slot_count;
-    model->cells.large_count = shape.large_count;
-    model->grid.far_value = shape.far_value;
-    model->reference.far_value = shape.reference_far_value;
-    model->cells.bounding_radius = shape.bounding_radius;
+#define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;
+    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)
+#undef SPRINGLS__WRITE_NUMBER
 }
 
 #endif

@@ -77,10 +77,10 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     }
 }
 
-SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+    (void)args;
+    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
 }
 
 #endif

@@ -26,24 +26,13 @@ SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-}
-
-/* How many triangles and vertices active bricks have; after the scan, those before them. */
-SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
-{
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
-}
-
-SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
-{
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;
 }
 
 /* Triangles of a brick before each of its rows of cubes. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
 {
-    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
+    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
@@ -160,14 +149,14 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
 
 /* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
    they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__group group = model->group;
     SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
     SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
     const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     int n, x, k;
-    (void)job;
+    (void)args;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
     for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
         signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
@@ -184,7 +173,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
         (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
     }
     SPRINGLS__BARRIER;
-    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    if (group.item == 0) springls__surface_rank(model)[model->grid.active[i]] = i;
     for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
         uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
         springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
@@ -197,7 +186,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
+    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;
     uint32_t seen = 0u;
     springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
@@ -214,8 +203,8 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
 SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
                                             springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
-    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
+    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
     const int mask = springls__cube_case(cube), *o = range->origin;
     int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
     uint32_t seen = 0u;
@@ -233,13 +222,13 @@ SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const 
 }
 
 /* Vertices and triangles of active brick i; job.i[0]: all triangles. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
     SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)args.surface.triangles;
     int n, x;
     if (end == before[0]) return;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
@@ -264,14 +253,14 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 }
 
 /* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
-SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    springls__v3 x = springls__surface_positions(model)[i];
     int nearest = springls__nearest_springl(model, x, 1.0f);
-    (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+    (void)args;
+    springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    springls__vertex_springl(model)[i] = nearest;
 }
 
 #endif

@@ -5,6 +5,12 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
+/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */
+SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
+{
+    return n * springls__cospi(time / period);
+}
+
 #include "../language/width_float.h"
 #include "advect_body.h"
 #include "../language/width_simd.h"
@@ -97,7 +103,7 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
@@ -171,14 +177,14 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
 
 /* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
    whether it moves. */
-SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
     int m, finite = 1;
-    (void)job;
+    (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
@@ -189,18 +195,18 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
-    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
-    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement(model)[i] = d;
+    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
 }
 
 /* Moves springl i by its displacements in SCRATCH0. */
-SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__movers d = springls__displacement(model)[i];
     springls__springl s = model->set.s[i];
     int m;
-    (void)job;
+    (void)args;
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);

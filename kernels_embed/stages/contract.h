@@ -65,9 +65,9 @@ SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls_
     return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
 }
 
-SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
@@ -105,35 +105,30 @@ SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls_
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* What becomes of a springl. */
-#define SPRINGLS__REMOVE 0
-#define SPRINGLS__KEEP 1
-#define SPRINGLS__RESHAPE 2
-#define SPRINGLS__UNDECIDED 3
-
 /* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
-SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
     *fate = SPRINGLS__KEEP;
     if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
     else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), job.f[0], job.f[1], model->params.min_area))
+    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,
+                                                           model->params.min_area))
         *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
 /* A good shape about the same particle, which keeps its exact path and correspondence. */
-SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
 {
     const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
     float area = 0.5f * springls__length(area2);
-    (void)job;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;
+    (void)args;
+    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
     n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
@@ -162,19 +157,19 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     return decided;
 }
 
-SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);
     uint8_t now = fate[i];
-    (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    (void)args;
+    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
 }
 
 /* All that are kept so far are undecided. */
-SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
-    (void)job;
+    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    (void)args;
     if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }
 

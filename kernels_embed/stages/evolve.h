@@ -54,14 +54,14 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
     SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
     float block[27];
     int row, x, d;
-    (void)job;
+    (void)args;
     springls__load_tile(g, g->phi, g->active[i], model->group, phi);
     springls__load_tile(g, g->omega, g->active[i], model->group, omega);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {

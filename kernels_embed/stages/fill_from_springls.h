@@ -82,20 +82,20 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
 }
 
 /* To SCRATCH1, and its fate to SCRATCH2. */
-SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__seed seed = springls__seed_beside(model, i);
-    (void)job;
-    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
+    (void)args;
+    springls__seeds(model)[i] = seed;
+    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
 /* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
    are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
-SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
+SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
 {
-    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
-    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
+    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
+    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);
     springls__seed seed = seeds[i];
     springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
@@ -109,30 +109,30 @@ SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int 
     return decided;
 }
 
-SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
-    (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
+    uint8_t now = springls__seed_action(model)[i];
+    (void)args;
+    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;
 }
 
 /* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
-SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
-        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
+    (void)args;
+    springls__seed_number(model)[i] =
+        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
 /* The first job.i[0] accepted seeds become springls. */
-SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
-    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    springls__seed seed = springls__seeds(model)[i];
+    uint32_t at = springls__seed_number(model)[i];
     int n = model->set.count + (int)at;
     springls__tri t;
-    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
+    if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];

@@ -34,10 +34,10 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
 #define SPRINGLS__CUBES 729 /* a brick */
 
 /* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
-    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
+    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     uint32_t count = 0u;
     int x, y, z, k, row;
@@ -53,7 +53,8 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
             int mask = springls__mc_case(cell);
             for (k = 0; k < springls__mc_count(mask); k++) {
                 springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,
+                                           args.exposure.covered_on_sheets)) continue;
                 exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
                 count++;
             }
@@ -63,10 +64,10 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
 }
 
 /* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
-SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
-    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
+    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)springls__exposed_count(model)[i], cube, k;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
         int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
@@ -77,7 +78,7 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
             springls__tri t;
             springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= job.i[0]) return; /* no more room, maybe since another brick */
+            if (at >= args.insert.count) return; /* no more room, maybe since another brick */
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
             p = springls__tri_centroid(t);
             springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
@@ -86,9 +87,9 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 }
 
 /* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
-SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = job.i[0], n = first + i, m;
+    int first = args.fit.first, n = first + i, m;
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__adopt_correspondence(model, s, first);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {

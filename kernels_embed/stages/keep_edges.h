@@ -354,46 +354,46 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
 /* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
    before in SCRATCH7 ---- */
 
-SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];
+    (void)args;
+    springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);
+    springls__was_at_edge(model)[i] = model->set.edge[i];
 }
 
 /* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
    beside the ones known. */
-SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
+    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
     bool suspect = false;
     int other;
     while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
-        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
+        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
             suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;
+    springls__edge_candidate(model)[i] = suspect;
 }
 
-SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
     const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
     springls__springl s = model->set.s[i];
     springls__sample_set crowd;
     springls__fit_result fit;
     springls__sides sides;
     bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
     int k;
-    (void)job;
+    (void)args;
     model->set.edge[i] = 0;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
+    if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
     for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
     sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
@@ -401,15 +401,15 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
-    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;
+    springls__side_normal(model)[i] = fit.normal;
 }
 
-SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];
+    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
     int m;
-    (void)job;
+    (void)args;
     if (!model->set.edge[i] || model->set.mask[i]) return;
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
     model->set.s[i] = springls__springl_finished(s);

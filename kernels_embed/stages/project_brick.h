@@ -10,13 +10,13 @@
 #include "project.h"
 
 /* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
-SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;
+    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
     int in_cells = model->set.count - model->cells.large_count;
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
     springls__springl s = model->set.s[n];
-    (void)job;
+    (void)args;
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -25,7 +25,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
 {
-    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];
+    return springls__oriented_springls(model);
 }
 
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
@@ -268,15 +268,15 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 
 /* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
    longest displacement of any. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
-    bool carry = job.i[0] != 0, some, at_edge;
+    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    bool carry = args.project.carry != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
@@ -294,7 +294,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
             if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
                 out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
                                                  phi[v]);
-            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
                 *side_unknown = 1;
             }
@@ -319,17 +319,17 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
 
 /* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
    counts; job.i[0]: it is the last time, and who is left takes the old value. */
-SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    bool some_unknown = springls__has_unknown_side(model)[i] != 0;
     int row, v;
     if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (some_unknown)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,
                                        out + 8 * row);
         else
             for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
@@ -353,11 +353,11 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 }
 
 /* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     int row, x, o[3];
-    (void)job;
+    (void)args;
     springls__slot_origin(g, g->active[i], o);
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {

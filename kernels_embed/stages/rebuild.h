@@ -105,26 +105,26 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
 }
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
-    (void)job;
+    (void)args;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
-    (void)job;
+    (void)args;
     springls__load_tile(g, g->phi, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
@@ -145,10 +145,10 @@ SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const flo
 }
 
 /* Writes that of each brick to SCRATCH0. */
-SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
+    (void)args;
+    springls__band_mask(model)[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 

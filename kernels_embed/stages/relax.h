@@ -36,34 +36,34 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 #include "relax_body.h"
 
 /* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];
+    (void)args;
+    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
 /* Does so for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);
     int i;
     for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
         springls__vec_relax_springl(model, rule, begin);
         for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, job, i);
+            if (model->set.mask[i]) springls__relax_element(model, args, i);
     }
-    for (; begin < end; begin++) springls__relax_element(model, job, begin);
+    for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
 /* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     springls__springl s = model->set.s[i];
     springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)job;
+    (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
     s.q[1] = s.q[2];
     s.q[2] = q;

@@ -156,12 +156,12 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
     SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
     SPRINGLS__NUM3 g[3];
     int m;
     for (m = 0; m < 3; m++)
         g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
     s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
 }

@@ -69,33 +69,33 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
 }
 
 /* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
-SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+    (void)args;
+    springls__split_number(model)[i] = springls__is_overgrown(model,
                                                                                  springls__springl_tri(model->set.s[i])) ? 1u
                                                                                      : 0u;
 }
 
 /* To SCRATCH2: the halves of the first job.i[0] of them. */
-SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);
+    uint32_t at = springls__split_number(model)[i];
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
     halves[2u * at] = springls__child_of(model, i, 0);
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
 }
 
 /* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
-SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
-    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);
+    uint32_t at = springls__split_number(model)[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
     int n = model->set.count + (int)at;
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
     first = halves[2u * at];
     second = halves[2u * at + 1u];
     model->set.generation[i]++;

@@ -69,16 +69,16 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
 
 /* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
    live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int colour = job.i[0], x, y, z, o[3];
+    int color = args.commit_simple.color, x, y, z, o[3];
     springls__slot_origin(g, g->active[i], o);
-    for (z = colour >> 2; z < 8; z += 2)
-        for (y = colour >> 1 & 1; y < 8; y += 2)
-            for (x = colour & 1; x < 8; x += 2) {
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
                 int v = x + 8 * y + 64 * z;
                 if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
                 if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
@@ -86,14 +86,14 @@ SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model
 }
 
 /* What was not granted is taken out of phi_next. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     const float held = 0.25f; /* a voxel that may not change stays next to the interface */
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int x;
-    (void)job;
+    (void)args;
     for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
         if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
 }

@@ -98,9 +98,9 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     return result;
 }
 
-SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)job;
+    (void)args;
     model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
 }
 

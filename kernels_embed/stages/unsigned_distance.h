@@ -5,25 +5,6 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
-/* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
-                                              float margin, int lo[3], int hi[3])
-{
-    springls__v3 lower, upper;
-    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
-    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
-    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
-    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
-    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
-    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
-    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
-}
-
 /* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
    and radius, comes closer than row[i]. */
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
@@ -49,7 +30,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
@@ -58,7 +39,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
     uint32_t k;
-    (void)job;
+    (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all have read whether it is */
     if (!unknown) return;
@@ -83,17 +64,17 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
 }
 
 /* Voxel i of the two constant bricks: job.f, outside and inside. */
-SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
 }
 
 /* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
-SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
 {
     int slot = model->grid.active[i];
-    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 #endif

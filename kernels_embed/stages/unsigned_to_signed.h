@@ -16,7 +16,7 @@
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
                                                    SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
@@ -24,7 +24,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
     float least = FLT_MAX;
     int row, v;
-    (void)job;
+    (void)args;
     for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
     SPRINGLS__BARRIER;
@@ -32,7 +32,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
     if (group.item == 0)
-        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -59,11 +59,11 @@ SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int
 /* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
    border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
    axes makes no difference to where growth ends. */
-SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
-    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
+    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
     const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
     int at[3], k;
     bool at_border, before = true, grew = false;
@@ -78,18 +78,18 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
         if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
         before = background;
     }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;
     int slot = g->top[i], row, v;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    (void)job;
+    (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all know the slot */
     if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
@@ -112,12 +112,12 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
 
 /* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
    of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
                                             SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
-    const int b = job.i[0], across = 8 / b;
+    const int b = args.grow.block, across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
@@ -143,7 +143,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     grown[group.item] = grew;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
+    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
 }
 
 /* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
@@ -175,7 +175,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture_range;
@@ -183,7 +183,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
     uint32_t k;
-    (void)job;
+    (void)args;
     springls__slot_origin(g, g->active[i], o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
@@ -205,21 +205,31 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
             if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
-/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
-SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+/* ---- regions: connected foreground that no springl is near ----
+   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
+   voxels around it. Members are voxels and open constant bricks. */
+
+SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
 {
     return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
+{
+    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
+    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
+}
+
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
     SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
     int row, v;
-    (void)job;
+    (void)args;
     (void)memory;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];

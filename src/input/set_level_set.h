@@ -97,8 +97,10 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
     job.ctx = ctx;
     job.fn = fn;
     job.arg = arg;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, sizeof(float), (void **)&job.centers));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    job.centers = springls__brick_centers(&ctx->model);
+    list = springls__brick_list(&ctx->model);
     springls__parallel(ctx, bricks, 512, springls__center_task, &job);
     for (i = 0; i < bricks; i++) {
         float d = job.centers[i];
@@ -135,8 +137,10 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     int n = 0, brick, *list, x, y, z, d;
     uint8_t *wanted;
     bool at_border;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
+    list = springls__brick_list(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (brick = 0; brick < bricks; brick++) {
         int o[3], inside = 0, seen = 0, at[3];
@@ -217,7 +221,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, NULL);
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);

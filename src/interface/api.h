@@ -63,10 +63,10 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
     SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
     SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
-    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: after a step the model is whole, after an
+    SPRINGLS_CANCELLED = -6,        /* the progress callback returned non-zero: after a step the model is whole, after an
                                        input it is empty                                                                 */
     SPRINGLS_DEVICE_FAILED = -7,    /* the backend's device failed, and the context continues without it. A stage or step
-                                       has been completed by scalar code; a mesh, a query or an input has to be asked for
+                                       has been completed by scalar code; a mesh, a query or an input has to be requested
                                        again. When the model could not be read back it is empty: springls_last_error()
                                        reports that                                                                      */
     SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid or version; the model is unchanged  */
@@ -159,8 +159,8 @@ typedef struct springls_backend springls_backend;
 typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
-    int max_springls;              /* limit on splits, fills, springls_set_springls and springls_combine, not on
-                                      springls_set_mesh; 0: 64 million                                              */
+    int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
+                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -220,7 +220,7 @@ typedef struct springls_mesh_report {
 /* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
-   An open, inside-out or otherwise defective mesh is repaired as `report` tells; holes are closed by a film of springls,
+   An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
    which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
    when they are not.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
@@ -367,7 +367,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx);
 /* Names the algorithm of a step; the manual's chapter DATA FLOW has the stages. */
 typedef enum springls_mode {
     SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contours and fluids                                            */
-    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size; phi is made anew from the springls                 */
+    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size; phi is recomputed from the springls                 */
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
@@ -741,7 +741,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage);
 /* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {
     int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
-    int64_t added, split, removed, reshaped, refused; /* springls; refused: splits and fills beyond max_springls    */
+    int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
     int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
     float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
                                    (params.volume_lock)                                                             */

@@ -91,7 +91,7 @@
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
      volume_lock        -       -         with params.volume_lock = 1: every step
 
-   SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is made anew from the springls, which does not preserve
+   SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is recomputed from the springls, which does not preserve
    topology.
 
      stage                paper   default
@@ -118,7 +118,7 @@
                                                    springls around it came from. Where no springl is near and the surface may
                                                    have passed, the neighbouring voxels decide the side. A single voxel of the
                                                    other side is removed, unless topology is PRESERVED or a thin sheet needs
-                                                   it. After a motion of more than band_half_width + 1 voxels phi is made anew
+                                                   it. After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
      evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
@@ -255,7 +255,7 @@
 
    MEMORY
 
-   All memory comes from desc.allocator, or malloc, and is asked for only on the thread that called the library. phi and
+   All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
    a top table has one int a brick of the grid. springls_memory_used returns the bytes held. Buffers grow and are reused;
    springls_reset keeps them, springls_destroy returns them.
@@ -301,7 +301,7 @@
    Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) returns what
    failed and where. Nothing aborts and nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
    be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were. When
-   max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
+   max_springls is reached, new springls are refused and counted in springls_stats.refused: that is no error.
 
 
    DETERMINISM

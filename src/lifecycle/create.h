@@ -1,4 +1,4 @@
-/* context.h - the life cycle. */
+/* create.h - the life cycle of a context, its parameters, and texts about the library. */
 #ifndef SPRINGLS__LIFECYCLE_CREATE_H
 #define SPRINGLS__LIFECYCLE_CREATE_H
 
@@ -30,47 +30,61 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
     return status;
 }
 
-SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+/* Returns what is wrong with a description, or NULL; fills in the grid's matrices and the parameters. */
+SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, springls_context *ctx)
 {
-    springls_context *ctx;
-    springls_allocator allocator;
-    springls_params params;
-    springls_status status;
-    double to_world[12], to_voxel[12];
     int axis;
-    if (out) *out = NULL;
-    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
     for (axis = 0; axis < 3; axis++)
-        if (desc->grid.size[axis] < 4) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is shorter than 4 voxels");
-    if (!springls__grid_transform(&desc->grid, to_world, to_voxel))
-        return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is longer than 4096, or spacing or direction is not usable");
-    params = desc->params ? *desc->params : springls_default_params();
-    if (springls__params_fault(&params)) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, springls__params_fault(&params));
-    if (desc->max_springls < 0) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: max_springls is negative");
-    allocator = desc->allocator;
-    if (!allocator.alloc) {
-        allocator.alloc = springls__malloc;
-        allocator.free = springls__free;
-    }
-    if (!allocator.free) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: the allocator has no free");
-    ctx = (springls_context *)allocator.alloc(sizeof *ctx, allocator.user);
-    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
-    memset(ctx, 0, sizeof *ctx);
-    ctx->memory_used = sizeof *ctx;
-    ctx->desc = *desc;
-    ctx->desc.params = NULL;
-    ctx->backend = desc->backend;
-    ctx->desc.allocator = allocator;
-    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
-    ctx->model.params = params;
-    memcpy(ctx->to_world, to_world, sizeof to_world);
-    memcpy(ctx->to_voxel, to_voxel, sizeof to_voxel);
+        if (desc->grid.size[axis] < 4) return "create: a grid side is shorter than 4 voxels";
+    if (!springls__grid_transform(&desc->grid, ctx->to_world, ctx->to_voxel))
+        return "create: a grid side is longer than 4096, or spacing or direction is not usable";
+    ctx->model.params = desc->params ? *desc->params : springls_default_params();
+    if (springls__params_fault(&ctx->model.params)) return springls__params_fault(&ctx->model.params);
+    if (desc->max_springls < 0) return "create: max_springls is negative";
+    if (desc->allocator.alloc && !desc->allocator.free) return "create: the allocator has no free";
+    return NULL;
+}
+
+/* Finds the shortest and the longest step between voxels, in world units. */
+SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
+{
+    const double *m = ctx->to_world;
+    int axis;
     for (axis = 0; axis < 3; axis++) {
-        springls__v3 column = springls__v3_make((float)to_world[axis], (float)to_world[4 + axis], (float)to_world[8 + axis]);
-        float spacing = springls__length(column);
+        float spacing = springls__length(springls__v3_make((float)m[axis], (float)m[4 + axis], (float)m[8 + axis]));
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+}
+
+/* Copies a checked description, with its defaults filled in. */
+SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+{
+    ctx->desc = *desc;
+    ctx->desc.params = NULL;
+    ctx->backend = desc->backend;
+    if (!ctx->desc.allocator.alloc) {
+        ctx->desc.allocator.alloc = springls__malloc;
+        ctx->desc.allocator.free = springls__free;
+    }
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    springls__measure_spacing(ctx);
+}
+
+SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+{
+    springls_context *ctx, made;
+    const char *fault;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    memset(&made, 0, sizeof made);
+    fault = springls__desc_fault(desc, &made);
+    if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
+    springls__adopt_desc(&made, desc);
+    ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    *ctx = made;
     status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
         springls_destroy(ctx);

@@ -1,4 +1,4 @@
-/* attribute_rows.h - storage of what springls carry besides themselves: a row of floats each. */
+/* attribute_rows.h - storage of attributes: each springl has a row of `channels` floats in each of them. */
 #ifndef SPRINGLS__MODEL_ATTRIBUTE_ROWS_H
 #define SPRINGLS__MODEL_ATTRIBUTE_ROWS_H
 
@@ -20,12 +20,14 @@ SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int t
     if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
 }
 
+/* Makes room for `rows` rows; keeps the first `keep`. */
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
 {
     size_t row = (size_t)attribute->channels * sizeof(float);
     return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
 }
 
+/* Makes room for count elements in working memory `which`. */
 SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);

@@ -14,21 +14,19 @@
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)ctx->model.set.count + 1, 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(int), (void **)&missing));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    int i, n = 0, *missing, origin[3];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
+    missing = springls__missing_bricks(&ctx->model);
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 p = ctx->model.set.s[i].p;
-        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
-                                              springls__cell_coordinate(p.y, g->size[1]),
-                                              springls__cell_coordinate(p.z, g->size[2]));
+        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
     }
     if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -39,42 +37,30 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     const springls__springl *s = ctx->model.set.s;
     size_t n = (size_t)ctx->model.set.count;
     uint32_t running = 0;
-    int i, c;
+    int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cells_build(ctx);
+        springls_status status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
-        if (status != SPRINGLS_DEVICE_FAILED) return status;
-        SPRINGLS__TRY(springls__fall_back_to_host(ctx));
+        if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->bounding_radius = 0.0f;
     cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++)
-        memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
     for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
         if (cells->key[i] == SPRINGLS__LARGE_KEY) {
             cells->large[cells->large_count++] = (uint32_t)i;
             continue;
         }
         cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        g->cell[cells->key[i]]++;
+        springls__count_in_cell(&ctx->model, i);
     }
-    for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
-        uint32_t *cell = g->cell + (size_t)g->active[i] * SPRINGLS__CELLS;
-        cell[0] = running;
-        for (c = 1; c < SPRINGLS__CELLS; c++) {
-            uint32_t count = cell[c];
-            cell[c] = running;
-            running += count;
-        }
-    }
-    for (i = 0; i < ctx->model.set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
-        if (cells->key[i] != SPRINGLS__LARGE_KEY) cells->ids[g->cell[cells->key[i]]++] = (uint32_t)i;
+    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
@@ -85,30 +71,23 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cell_list_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
-                                    (void **)&missing));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    missing = springls__missing_bricks(&ctx->model);
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
-        uint32_t reach = ~0u;
-        int o[3];
-        if (i < g->active_count) {
-            springls__slot_origin(g, g->active[i], o);
-            reach = springls__cells_neighbor_mask(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
-        } else {
-            springls__v3 p = ctx->model.set.s[ctx->model.cells.large[i - g->active_count]].p;
-            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
-            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
-            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
-        }
-        for (d = 0; d < 27 && reach; d++) {
-            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
-            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
-        }
+        int origin[3], at[3];
+        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
+        for (d = 0; d < 27 && around; d++)
+            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
+                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
+                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
     }
     return springls__grid_add_bricks(ctx, missing, n);
 }

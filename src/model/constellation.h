@@ -7,13 +7,10 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 
-/* Room for count springls, keeping those that are there. */
+/* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
-    int array;
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++)
-        SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
 /* Springls have been put behind the others by springls__springl_add. */
@@ -28,27 +25,26 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
 }
 
-/* Drops every springl whose byte in SCRATCH1 is 0; the others stay in order. */
+/* Drops the springls whose contract_action is REMOVE; the others stay in order. */
 SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
 {
-    const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
-    int array, i, n = 0, count = ctx->model.set.count;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
-        char *data = (char *)ctx->memory[array].data;
-        size_t element = springls__element_size((springls__array)array);
-        for (i = n = 0; i < count; i++) {
-            if (!keep[i]) continue;
-            if (n != i) memcpy(data + (size_t)n * element, data + (size_t)i * element, element);
-            n++;
-        }
+    const uint8_t *action = springls__contract_action(&ctx->model);
+    int i, n = 0, count = ctx->model.set.count;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->constellation_compact(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
+    for (i = 0; i < count; i++) {
+        if (action[i] == SPRINGLS__REMOVE) continue;
+        if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
+        n++;
     }
     ctx->model.set.count = n;
     return SPRINGLS_OK;
@@ -57,15 +53,15 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 /* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
 /* The longest way of any particle since then, voxels. In SCRATCH7. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
 {
-    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)ctx->model.set.count, sizeof(float), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, springls__no_job());
-    *way = springls__sqrt(springls__largest(ctx, 7, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
+    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 
@@ -74,7 +70,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
 }
 
 /* To be called after anything that adds, removes or replaces springls. */

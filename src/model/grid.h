@@ -21,23 +21,16 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 /* The constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
-    springls__job job = springls__no_job();
-    job.f[0] = outside;
-    job.f[1] = inside;
-    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
+    springls__arguments args;
+    args.omega_constant.outside = outside;
+    args.omega_constant.inside = inside;
+    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, &args);
 }
 
-/* Room for `slots` slots. */
+/* Makes room for `slots` slots; keeps those that are there. */
 SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
 {
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)slots, used = (size_t)g->slot_count;
-    int array;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SLOT_BRICK, n, used));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_ACTIVE, n, (size_t)g->active_count));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FREE_SLOTS, n, (size_t)g->free_count));
-    for (array = SPRINGLS__ARRAY_PHI; array <= SPRINGLS__ARRAY_CELL; array++) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, n, used));
-    return SPRINGLS_OK;
+    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
 /* The constant bricks of a grid, far outside and far inside. */
@@ -58,7 +51,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture_range);
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+        springls__clear_cells(springls__cells_of(g, slot));
     }
 }
 
@@ -100,13 +93,21 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Counts the slots that n new bricks have taken (springls__slot_of_new). */
+SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
+{
+    int reused = springls__imin(n, g->free_count);
+    g->free_count -= reused;
+    g->slot_count += n - reused;
+}
+
 /* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
    it had, and keeps `active` ordered by brick. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
     int i, n = 0, write, read;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
@@ -114,19 +115,15 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
-    g->active_count += n;
     for (i = n - 1; i >= 0; i--) { /* merge from the back */
-        int slot = g->free_count ? g->free_slots[--g->free_count] : g->slot_count++;
-        int side = g->top[list[i]];
+        int slot = springls__slot_of_new(g, g->free_count, i);
         while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
         g->active[write--] = slot;
-        g->slot_brick[slot] = list[i];
-        g->top[list[i]] = slot;
-        springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->omega, slot, -1.0f); /* unknown */
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+        springls__add_brick(g, list[i], slot);
+        springls__fill_new_brick(g, slot);
     }
+    springls__take_slots(g, n);
+    g->active_count += n;
     return SPRINGLS_OK;
 }
 
@@ -140,9 +137,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
             g->active[n++] = slot;
             continue;
         }
-        g->top[g->slot_brick[slot]] = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        g->slot_brick[slot] = -1;
-        g->free_slots[g->free_count++] = slot;
+        springls__drop_brick(g, slot, g->free_count++);
     }
     g->active_count = n;
 }

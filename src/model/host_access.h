@@ -1,4 +1,4 @@
-/* host_access.h - what calls that run on the host begin and end with. */
+/* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 #ifndef SPRINGLS__MODEL_HOST_ACCESS_H
 #define SPRINGLS__MODEL_HOST_ACCESS_H
 
@@ -8,7 +8,7 @@
 #include "constellation.h"
 #include "grid.h"
 
-/* Empty model, empty grid. */
+/* Empties the model and its grid; keeps memory and parameters. Abandons a step in progress. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     springls__abandon_step(ctx);
@@ -24,14 +24,15 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     springls__constellation_changed(ctx);
 }
 
-/* On failure the model is left empty. */
+/* Empties the model if `status` is a failure; returns it. */
 SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, springls_status status)
 {
     if (status != SPRINGLS_OK) springls__clear_model(ctx);
     return status;
 }
 
-/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
+/* Returns `status`, or, once and at the end of the outermost call, the failure of the device that happened in it. Empties the
+   model if that was lost. */
 SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
@@ -44,16 +45,16 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* From now on they run here, on all of the model: for inputs and queries. */
+/* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
+    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
-/* Brings what is about to be read; it changes nothing that anybody can see. */
+/* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
 SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;

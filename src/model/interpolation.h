@@ -3,36 +3,39 @@
 #define SPRINGLS__MODEL_INTERPOLATION_H
 
 #include "attribute_rows.h"
-#include "bvh.h"
+#include "closest_point.h"
 #include "transform.h"
 
 enum { SPRINGLS__MAX_SOURCES = 24 };
 
-/* index[0] has the nearest correspondence. */
+/* The springls that a value is interpolated from; index[0] has the nearest correspondence. */
 typedef struct springls__interpolation_sources {
     int index[SPRINGLS__MAX_SOURCES], count;
-    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* squared distance of correspondences */
+    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* d2: squared distance of correspondences  */
 } springls__interpolation_sources;
 
 typedef struct springls__interpolation_search {
-    const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
-    const springls__v3 *a;         /* and this their correspondences                        */
-    int known;                     /* how many have values                                  */
+    const springls_context *ctx;   /* its springl_surface has the triangles of the springls with values         */
+    const springls__v3 *a;         /* their correspondences                                                     */
+    int known;                     /* how many they are                                                         */
 } springls__interpolation_search;
 
-SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *donors, int index, float d2)
+/* Adds a springl unless there are enough of nearer ones. Keeps ascending order, equals by index. */
+SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *sources, int index, float d2)
 {
-    int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__MAX_SOURCES
-        && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
-    i = donors->count < SPRINGLS__MAX_SOURCES ? donors->count++ : last;
-    for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
-        donors->d2[i] = donors->d2[i - 1];
-        donors->index[i] = donors->index[i - 1];
+    int i, last = sources->count - 1;
+    if (sources->count == SPRINGLS__MAX_SOURCES
+        && (sources->d2[last] < d2 || (sources->d2[last] == d2 && sources->index[last] < index))) return;
+    i = sources->count < SPRINGLS__MAX_SOURCES ? sources->count++ : last;
+    for (; i > 0 && (sources->d2[i - 1] > d2 || (sources->d2[i - 1] == d2 && sources->index[i - 1] > index)); i--) {
+        sources->d2[i] = sources->d2[i - 1];
+        sources->index[i] = sources->index[i - 1];
     }
-    donors->d2[i] = d2;
-    donors->index[i] = index;
+    sources->d2[i] = d2;
+    sources->index[i] = index;
 }
+
+/* ---- weights ---- */
 
 /* Solves the symmetric positive 3x3 system m x = b. */
 SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3])
@@ -50,112 +53,153 @@ SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3
     }
 }
 
-/* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
+/* A plane of values fitted to weighted sources: the sum of their weights, the mean of their places, and the slope at them. */
 typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
 
-SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *donors, double r[SPRINGLS__MAX_SOURCES][3])
+SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *sources,
+                                                           double r[SPRINGLS__MAX_SOURCES][3])
 {
-    const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
+    const double ridge = 1e-4; /* across the original surface, where the sources have no extent */
     springls__plane plane;
     double m[3][3], trace;
     int i, j, k;
     memset(&plane, 0, sizeof plane);
     memset(m, 0, sizeof m);
-    for (i = 0; i < donors->count; i++) {
-        plane.weight += (double)donors->weight[i];
-        for (k = 0; k < 3; k++) plane.mean[k] += (double)donors->weight[i] * r[i][k];
+    for (i = 0; i < sources->count; i++) {
+        plane.weight += (double)sources->weight[i];
+        for (k = 0; k < 3; k++) plane.mean[k] += (double)sources->weight[i] * r[i][k];
     }
     for (k = 0; k < 3; k++) plane.mean[k] /= plane.weight;
-    for (i = 0; i < donors->count; i++)
+    for (i = 0; i < sources->count; i++)
         for (j = 0; j < 3; j++)
-            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
+            for (k = 0; k < 3; k++)
+                m[j][k] += (double)sources->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
     trace = m[0][0] + m[1][1] + m[2][2];
     for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * plane.weight;
     springls__solve3(m, plane.mean, plane.slope);
     return plane;
 }
 
-/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a,
-   exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
-   again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
-   values, and stays within their range. */
-SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *donors, const springls__v3 *places, springls__v3 a)
+/* Sets weights that fall with distance, and each source's place relative to a. */
+SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a, double r[SPRINGLS__MAX_SOURCES][3])
 {
-    double r[SPRINGLS__MAX_SOURCES][3], lean[SPRINGLS__MAX_SOURCES], limit = 1.0, below, lowest = 0.0;
-    float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
-    springls__plane plane;
-    int i, k, left = donors->count, worst;
-    for (i = 0; i < donors->count; i++) {
-        float t = donors->d2[i] / range2;
-        springls__v3 d = springls__sub(places[donors->index[i]], a);
-        donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+    float range2 = 1.1f * sources->d2[sources->count - 1] + 1e-6f;
+    int i;
+    for (i = 0; i < sources->count; i++) {
+        float t = sources->d2[i] / range2;
+        springls__v3 d = springls__sub(places[sources->index[i]], a);
+        sources->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
-    do {
-        plane = springls__interpolation_plane(donors, r);
-        worst = -1;
-        for (i = 0; i < donors->count; i++) {
-            lean[i] = 0.0;
-            for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
-            if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
-            below = (double)donors->weight[i] * (lean[i] - 1.0);
-            if (worst >= 0 && below <= lowest) continue;
-            lowest = below;
-            worst = i;
-        }
-        if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
-    } while (worst >= 0 && left-- > 3);
-    for (i = 0; i < donors->count; i++)
-        if (donors->weight[i] > 0.0f && lean[i] * limit > 1.0) limit = 1.0 / lean[i];
-    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
 }
 
-/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
-   are none on this side, the nearest of all. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
-                                                  springls__v3 a, float reach)
+/* Finds how much the plane's slope takes from each source: more than 1 makes its weight negative. Returns the source whose
+   weight is the most negative one, or -1. */
+SPRINGLS__FN int springls__interpolation_worst(const springls__interpolation_sources *sources, const springls__plane *plane,
+                                               double r[SPRINGLS__MAX_SOURCES][3], double taken[SPRINGLS__MAX_SOURCES])
+{
+    double lowest = 0.0;
+    int i, k, worst = -1;
+    for (i = 0; i < sources->count; i++) {
+        double below;
+        taken[i] = 0.0;
+        for (k = 0; k < 3; k++) taken[i] += plane->weight * (r[i][k] - plane->mean[k]) * plane->slope[k];
+        if (sources->weight[i] == 0.0f || taken[i] <= 1.0) continue;
+        below = (double)sources->weight[i] * (taken[i] - 1.0);
+        if (worst >= 0 && below <= lowest) continue;
+        lowest = below;
+        worst = i;
+    }
+    return worst;
+}
+
+/* Sets the weights of moving least squares of degree 1 at the correspondence a: the weighted sum of values is that of the fitted
+   plane at a, exact for linear functions. A source that would get a negative weight is left out, the worst first, while more
+   than three are left; then the slope is reduced. So the result is a mean of values, and stays within their range. */
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *sources, const springls__v3 *places,
+                                                springls__v3 a)
+{
+    double r[SPRINGLS__MAX_SOURCES][3], taken[SPRINGLS__MAX_SOURCES], limit = 1.0;
+    springls__plane plane;
+    int i, left = sources->count, worst;
+    springls__interpolation_begin(sources, places, a, r);
+    do {
+        plane = springls__interpolation_plane(sources, r);
+        worst = springls__interpolation_worst(sources, &plane, r, taken);
+        if (worst >= 0 && left > 3) sources->weight[worst] = 0.0f;
+    } while (worst >= 0 && left-- > 3);
+    for (i = 0; i < sources->count; i++)
+        if (sources->weight[i] > 0.0f && taken[i] * limit > 1.0) limit = 1.0 / taken[i];
+    for (i = 0; i < sources->count; i++) sources->weight[i] *= (float)((1.0 - limit * taken[i]) / plane.weight);
+}
+
+/* ---- sources ---- */
+
+/* Finds the springls within a radius of x that face the same way as n. stretch: model units in the longest spacing. */
+SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
+                                           springls__v3 a, float radius, float stretch,
+                                           springls__interpolation_sources *sources)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
-    const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
-    springls__interpolation_sources donors;
-    float radius = 2.5f * springls__max(1.0f, reach), further2;
-    int attempt, j;
-    donors.count = 0;
-    for (attempt = 0; attempt < 4 && donors.count < 3; attempt++, radius *= 2.0f) {
-        springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
-        donors.count = 0;
-        while ((j = springls__near_walk_next(&walk)) >= 0) {
-            springls__tri t;
-            if (j >= search->known) continue;
-            t = springls__surface_triangle(surface, j);
-            if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
-            if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-            springls__interpolation_sources_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
-        }
+    const float alike = 0.3f; /* cosine */
+    springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
+    int j;
+    sources->count = 0;
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__tri t;
+        if (j >= search->known) continue;
+        t = springls__surface_triangle(surface, j);
+        if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
+        if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
+        springls__interpolation_sources_add(sources, j, springls__length2(springls__sub(search->a[j], a)));
     }
-    if (donors.count == 0) {
-        springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
-        float best = FLT_MAX;
-        while ((j = springls__near_walk_next(&walk)) >= 0) {
-            float d2;
-            if (j >= search->known) continue;
-            d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
-            if (d2 > best || (d2 == best && donors.count && j > donors.index[0])) continue;
-            best = d2;
-            donors.index[0] = j;
-            donors.count = 1;
-        }
-        donors.d2[0] = 0.0f;
-    }
-    radius = 2.5f * springls__max(1.0f, reach);
-    further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
-    while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
-    if (donors.count) springls__interpolation_weigh(&donors, search->a, a);
-    return donors;
 }
 
-/* donors of a springl that is there now. */
-SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
+/* Finds the springl nearest to x, whichever way it faces. */
+SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search *search, springls__v3 x,
+                                           springls__interpolation_sources *sources)
+{
+    const springls__surface *surface = &search->ctx->springl_surface;
+    springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+    float best = FLT_MAX;
+    int j;
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        float d2;
+        if (j >= search->known) continue;
+        d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
+        if (d2 > best || (d2 == best && sources->count && j > sources->index[0])) continue;
+        best = d2;
+        sources->index[0] = j;
+        sources->count = 1;
+    }
+    sources->d2[0] = 0.0f;
+}
+
+/* Returns the springls around x that face the same way as n (both in model coordinates), those with the correspondences nearest
+   to a, with their weights. bounding_radius: of the springl at x, voxels. Where none face that way, the nearest of all. */
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search,
+                                                                                springls__v3 x, springls__v3 n, springls__v3 a,
+                                                                                float bounding_radius)
+{
+    const float near_radius = 2.5f * springls__max(1.0f, bounding_radius);
+    const float stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
+    springls__interpolation_sources sources;
+    float radius = near_radius, further2;
+    int attempt;
+    sources.count = 0;
+    for (attempt = 0; attempt < 4 && sources.count < 3; attempt++, radius *= 2.0f)
+        springls__sources_facing(search, x, n, a, radius, stretch, &sources);
+    if (sources.count == 0) springls__nearest_source(search, x, &sources);
+    further2 = 2.0f * sources.d2[0] + 16.0f * near_radius * near_radius; /* beyond it: from another part of the original */
+    while (sources.count > 1 && sources.d2[sources.count - 1] > further2) sources.count--;
+    if (sources.count) springls__interpolation_weigh(&sources, search->a, a);
+    return sources;
+}
+
+/* Returns the sources at the place of springl i. */
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(
+    const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -163,26 +207,30 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
     t.a = springls__voxel_to_model(ctx, s.q[0]);
     t.b = springls__voxel_to_model(ctx, s.q[1]);
     t.c = springls__voxel_to_model(ctx, s.q[2]);
-    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.bounding_radius);
+    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t),
+                                              ctx->model.set.a[i], s.bounding_radius);
 }
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *donors, float *out)
+/* ---- values ---- */
+
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+                                             const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
-    for (i = 0; i < donors->count; i++)
+    for (i = 0; i < sources->count; i++)
         for (c = 0; c < attribute->channels; c++)
-            out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+            out[c] += sources->weight[i] * springls__attribute_row(attribute, sources->index[i])[c];
 }
 
-/* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *donors, bool blend,
-                                         float *out)
+/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
+                                              const springls__interpolation_sources *sources, bool blend, float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
-    if (donors->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__interpolate_rows(attribute, donors, out);
-    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
+    if (sources->count == 0) memset(out, 0, bytes);
+    else if (blend) springls__interpolate_rows(attribute, sources, out);
+    else memcpy(out, springls__attribute_row(attribute, sources->index[0]), bytes);
 }
 
 #endif

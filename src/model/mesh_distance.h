@@ -1,13 +1,14 @@
-/* mesh_distance.h - the signed distance to a triangle mesh: size from the hierarchy, sign from the winding number. */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
 #ifndef SPRINGLS__MODEL_MESH_DISTANCE_H
 #define SPRINGLS__MODEL_MESH_DISTANCE_H
 
-#include "bvh.h"
+#include "closest_point.h"
+#include "winding_number.h"
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced;
-    float band; /* where phi is clamped */
+    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
 SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
@@ -17,8 +18,8 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
-   winding number does not count, so that phi is the plain distance away from holes. */
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
 SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
     float w;
@@ -32,9 +33,9 @@ SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springl
 
 enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
 
-/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
-   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
                                         float distance, float *side)
 {
     static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
@@ -54,30 +55,30 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
     return known;
 }
 
-/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
-   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
-   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool learn = voxels || m->balanced;
+    bool reuse = voxels || m->balanced;
     float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
-        bool asked = false;
-        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            asked = side == 0.0f;
-            if (asked) side = springls__mesh_side(m, points[i]);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;
     }
 }

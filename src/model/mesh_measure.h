@@ -1,4 +1,4 @@
-/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+/* mesh_measure.h - measures an indexed triangle mesh, and counts its faults. Allocates nothing. */
 #ifndef SPRINGLS__MODEL_MESH_MEASURE_H
 #define SPRINGLS__MODEL_MESH_MEASURE_H
 
@@ -6,8 +6,8 @@
 #include "../runtime/algorithms.h"
 
 typedef struct springls__mesh_report {
-    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
-                                  does it mean something                                                        */
+    double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
+                                  unbalanced edges                                                              */
     double area;
     float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
     int vertices;              /* in use                                                                        */
@@ -22,7 +22,7 @@ typedef struct springls__mesh_report {
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
 
-/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
+/* Returns in v the vertices of triangle t, and true if it is valid: indices in range, coordinates finite. */
 SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
 {
     int i, c;

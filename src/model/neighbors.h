@@ -1,4 +1,4 @@
-/* neighbors.h - lists of neighbours (section 4.8). */
+/* neighbors.h - the neighbour lists of all springls (section 4.8). */
 #ifndef SPRINGLS__MODEL_NEIGHBORS_H
 #define SPRINGLS__MODEL_NEIGHBORS_H
 
@@ -7,14 +7,14 @@
 #include "../runtime/resumable.h"
 #include "cell_list.h"
 
-/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
+/* Builds the lists, unless they are no older than the resampling period: neighbours move together, and the closest points slide
+   along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, NULL);
     ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }

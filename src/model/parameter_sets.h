@@ -1,4 +1,4 @@
-/* params.h - the two parameter sets. */
+/* parameter_sets.h - the two parameter sets, and the ranges of their members. */
 #ifndef SPRINGLS__MODEL_PARAMETER_SETS_H
 #define SPRINGLS__MODEL_PARAMETER_SETS_H
 
@@ -87,7 +87,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     return p;
 }
 
-/* NULL when every member is in range, else the name of the first that is not. */
+/* Returns the name of the first member that is out of range, or NULL. */
 SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 {
 #define SPRINGLS__IN(member, low, high) \

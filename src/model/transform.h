@@ -1,4 +1,4 @@
-/* transform.h - between the voxels of a grid and the world. */
+/* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
 #ifndef SPRINGLS__MODEL_TRANSFORM_H
 #define SPRINGLS__MODEL_TRANSFORM_H
 
@@ -7,14 +7,15 @@
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* y = M x, M row-major 3x4. */
+/* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
 {
     int k;
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
-/* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
+/* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
+   or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
     double m[12], det;
@@ -49,14 +50,14 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     return true;
 }
 
-/* A direction matrix of negative determinant turns triangles inside out on their way to the world. */
+/* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
     const double *m = ctx->to_world;
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
 }
 
-/* The world's unit normal of a surface whose normal in voxels is n: by the transpose of world -> voxel. */
+/* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
 SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
 {
     const double *m = ctx->to_voxel;
@@ -67,7 +68,7 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
         unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
 }
 
-/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
+/* Converts the gradient of a field, a covector, by the transpose of world -> voxel, and scales it. */
 SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
 {
     const double *m = ctx->to_voxel;
@@ -92,6 +93,7 @@ SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls
     world[2] = (float)x[2];
 }
 
+/* Converts a place or a difference of places: voxels and model coordinates have one origin. */
 SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
 {
     const double *m = ctx->to_world;
@@ -101,7 +103,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamped far outside any model, so that the squares of distances stay finite. */
+/* Clamps far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];

@@ -172,7 +172,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = ctx->model.set.count;

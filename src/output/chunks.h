@@ -179,15 +179,14 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
             c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
 }
 
-/* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
+/* Who is where: to tell change of correspondences. By slot of what is shown. */
 SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__brick_signature *crew;
-    void *memory;
     int i, slot;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
-    crew = (springls__brick_signature *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->shown.slot_count));
+    crew = springls__brick_signatures(&ctx->model);
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;

@@ -15,7 +15,7 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 
-/* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
+/* Welded marching cubes: voxel positions and triangles. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions;
     int *triangles, vertex_count, triangle_count;
@@ -24,23 +24,27 @@ typedef struct springls__raw_mesh {
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
     size_t corners;
     memset(mesh, 0, sizeof *mesh);
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks * SPRINGLS__CUBES, sizeof(springls__cube), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)bricks, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)ctx->model.grid.slot_count, sizeof(int), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)bricks * SPRINGLS__CUBE_ROWS, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, springls__no_job());
-    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
-    SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cubes, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, triangles_before, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertices_before, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_rank, ctx->model.grid.slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, row_triangles, (size_t)bricks * SPRINGLS__CUBE_ROWS));
+    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(triangles_before), bricks, &mesh->triangle_count));
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(vertices_before), bricks, &mesh->vertex_count));
     if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
     corners = 3 * (size_t)mesh->triangle_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
-    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__job_of(mesh->triangle_count));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
-    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    args.surface.triangles = mesh->triangle_count;
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions), (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
 }
 
 /* The arrays of a mesh, in one block. */
@@ -84,13 +88,13 @@ typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh;
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    void *const *found = job->ctx->model.scratch;
+    const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
-        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
-        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);
-        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[2])[begin], job->mesh->correspondences + 3 * begin);
+        springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
+        springls__voxel_to_world(job->ctx, springls__surface_positions(model)[begin], job->mesh->positions + 3 * begin);
+        springls__voxel_to_world(job->ctx, springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = ((const int *)found[3])[begin];
+        job->mesh->springls[begin] = springls__vertex_springl(model)[begin];
     }
 }
 
@@ -102,13 +106,13 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, vertices, sizeof(springls__v3), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, vertices, sizeof(springls__v3), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, vertices, sizeof(int), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, springls__no_job());
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH1, vertices * sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH2, vertices * sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH3, vertices * sizeof(int)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
+    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
     SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);

@@ -9,7 +9,7 @@
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/attribute_rows.h"
-#include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/host_access.h"
 #include "../model/indexed_mesh.h"
 #include "../model/transform.h"
@@ -223,7 +223,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
-        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
+        slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
                                    springls__float_bits(p[2] + 0.0f)) & (size - 1);
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
@@ -241,7 +241,7 @@ SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, in
     for (i = 0; i < corners; i++) neighbors[i] = -1;
     for (i = 0; i < corners; i++) {
         int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
-        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
         for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
             int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
             if ((c == a && d == b) || (c == b && d == a)) break;

@@ -17,8 +17,6 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
 {
     springls__raw_mesh raw;
     springls__mesh_report report;
-    int32_t *parent;
-    uint64_t *sides;
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
@@ -26,10 +24,11 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_sides, (size_t)raw.triangle_count * 3));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
     springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
-    springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count, parent, sides, &report);
+    springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
+                           springls__mesh_parent(&ctx->model), springls__mesh_sides(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);

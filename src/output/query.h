@@ -4,8 +4,9 @@
 
 #include "../runtime/errors.h"
 #include "../runtime/parallel.h"
-#include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/host_access.h"
+#include "../model/ray.h"
 #include "../model/springl_surface.h"
 #include "../model/transform.h"
 
@@ -269,7 +270,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&q, 0, sizeof q);
     q.ctx = ctx;
     q.points = points;
@@ -285,7 +286,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     q.ctx = ctx;
     q.points = origins;
     q.directions = directions;

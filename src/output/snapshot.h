@@ -49,7 +49,7 @@ typedef struct springls__snapshot_state {
 /* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
 typedef enum springls__section {
     SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_SYNCED_POSITION + 1,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
     SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
     SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
     SPRINGLS__SECTION_PHI,
@@ -230,7 +230,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     memcpy(out + sizeof head, s, sizeof *s);
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors,
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
@@ -456,7 +456,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
-    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
@@ -498,7 +498,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
     if (s->has_neighbors && s->count)
-        memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
+        memcpy(ctx->model.cells.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
                (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     if (s->locked)
         memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],

@@ -1,17 +1,18 @@
-/* algorithms.h - sorting, union-find and hashing of plain numbers. */
+/* algorithms.h - sorts, joins and hashes plain numbers. */
 #ifndef SPRINGLS__RUNTIME_ALGORITHMS_H
 #define SPRINGLS__RUNTIME_ALGORITHMS_H
 
 #include "base.h"
 
+/* Compares two ints for qsort. */
 SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
 {
     int x = *(const int *)a, y = *(const int *)b;
     return (x > y) - (x < y);
 }
 
-/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
-   insertion where a few are left. */
+/* Sorts keys ascending, in place, in time proportional to their number: by radix exchange from the highest bit in use, and by
+   insertion where at most 16 are left. */
 SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
 {
     struct { size_t first, end; int bit; } range[65];
@@ -49,14 +50,14 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
-/* The root of i's tree in a forest of parents, which grows flatter. */
+/* Returns the root of i's tree in a forest, and shortens the paths on the way. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
 }
 
-/* FNV-1a over 32-bit words. */
+/* Continues a hash over an array of 32-bit words (FNV-1a). */
 SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
 {
     const unsigned char *p = (const unsigned char *)data;
@@ -69,8 +70,8 @@ SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t byt
     return hash;
 }
 
-/* Three words in one number, for hash tables whose size is a power of two. */
-SPRINGLS__FN size_t springls__mesh_hash(uint32_t a, uint32_t b, uint32_t c)
+/* Returns a hash of three words, for tables whose size is a power of two. */
+SPRINGLS__FN size_t springls__hash3(uint32_t a, uint32_t b, uint32_t c)
 {
     uint64_t h = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
     h ^= h >> 29;
@@ -86,7 +87,7 @@ SPRINGLS__FN uint32_t springls__float_bits(float x)
     return bits;
 }
 
-/* Slots of a hash table for that many entries: a power of two. */
+/* Returns the size of a hash table for that many entries: a power of two. */
 SPRINGLS__FN size_t springls__table_size(size_t entries)
 {
     size_t size = 16;

@@ -4,24 +4,25 @@
 
 #include "memory.h"
 
-/* The model's pointers, after memory has moved. */
+/* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
 
+/* Returns the bytes of an element: of a brick's 512 values where an array has those. */
 SPRINGLS__FN size_t springls__element_size(springls__array array)
 {
-#define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
+#define SPRINGLS__SIZE(name, type, block, owner, member) sizeof(type) * (block),
     static const size_t sizes[] = { SPRINGLS__ARRAYS(SPRINGLS__SIZE) 0 };
 #undef SPRINGLS__SIZE
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
-   next used there (springls__to_device). */
+/* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
+   a kernel next uses it (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -35,15 +36,22 @@ SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__arr
     return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
-/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
-SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
+/* Makes room for count elements in each of some arrays (bits); keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__grow_all(springls_context *ctx, uint64_t arrays, size_t count, size_t keep)
 {
-    SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
-    if (out) *out = ctx->model.scratch[index];
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (springls__has_array(arrays, array)) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, count, keep));
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one element size change places, with their memory here and on the device. */
+SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
+
+/* Makes room for count elements of a role of the working memory (scratch.h); they are undefined. */
+#define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
+    springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
+
+/* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];

@@ -1,4 +1,4 @@
-/* base.h - what every host part stands on: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
+/* base.h - the base of every host part: the C library, attributes of functions, assertions and SPRINGLS__TRY. */
 #ifndef SPRINGLS__RUNTIME_BASE_H
 #define SPRINGLS__RUNTIME_BASE_H
 

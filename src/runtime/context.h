@@ -1,11 +1,11 @@
-/* internal.h - what a context holds. Lengths are voxels everywhere below the public interface. */
+/* context.h - what a context holds. Lengths are in voxels everywhere below the public interface. */
 #ifndef SPRINGLS__RUNTIME_CONTEXT_H
 #define SPRINGLS__RUNTIME_CONTEXT_H
 
-#include "../interface/api.h"
+#include "base.h"
 #include "../../kernels_embed/stages/advect.h"
 
-/* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
+/* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
 typedef struct springls__buffer {
     void *data;
     size_t bytes;
@@ -14,27 +14,45 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* The arrays of the model by number. */
-typedef enum springls__array {
-#define SPRINGLS__ARRAY_NUMBER(name, type, block, member) SPRINGLS__ARRAY_##name,
-    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
-#undef SPRINGLS__ARRAY_NUMBER
-    SPRINGLS__ARRAY_COUNT
-} springls__array;
+/* Numbers of the scratch arrays of roles (scratch.h). */
+enum {
+#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (number),
+    SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_NUMBER) SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_NUMBER)
+#undef SPRINGLS__ROLE_NUMBER
+    SPRINGLS__ROLE_NONE
+};
+
+#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)((int)SPRINGLS__ARRAY_SCRATCH0 + (int)SPRINGLS__ROLE_##role))
+
+/* Sets of arrays: a bit each. */
+#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_ARRAY(role))
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__GRID_BITS ((uint64_t)0 SPRINGLS__GRID_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__SEARCH_BITS ((uint64_t)0 SPRINGLS__SEARCH_ARRAYS(SPRINGLS__OR_BIT))
+#define SPRINGLS__WORK_BITS ((uint64_t)0 SPRINGLS__SCRATCH_ARRAYS(SPRINGLS__OR_BIT) SPRINGLS__DEVICE_ARRAYS(SPRINGLS__OR_BIT))
+
+#define SPRINGLS__ONE_MORE(name, type, block, owner, member) + 1
+#define SPRINGLS__SPRINGL_ARRAY_COUNT (0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__ONE_MORE)) /* the first of all arrays */
+
+SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
    0, the parent of nodes first and first+1. Children follow their parents. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
-/* A node seen from afar: all its triangles as one directed area; weight is the area without direction. */
+/* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
 typedef struct springls__dipole { springls__v3 center; float radius2; springls__v3 area; float weight; } springls__dipole;
 
-/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, query.h). */
+/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, springl_surface.h). */
 typedef struct springls__surface {
     springls__v3 *points;   /* 3 a triangle, unwelded                                                           */
     int *order;             /* triangle of leaf position i                                                      */
     springls__bvh_node *nodes;
-    springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
+    springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
@@ -43,7 +61,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -51,123 +69,136 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
+   log it: springls__fall_back_to_host does. */
 struct springls_backend {
-    /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
+    /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
     void (*release)(springls_context *ctx, springls__buffer *buffer);
-    /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
+    /* Copies the first `bytes` of a buffer to the host, or to the device, and waits for that. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
-    /* Device memory of a buffer gets these bytes. */
+    /* Copies `data` to a buffer's device memory. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
-    springls_status (*finish)(springls_context *ctx); /* waits until everything asked for is done */
-    bool timed;                                       /* every stage ends with that            */
-    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
-    size_t user_bytes;
-    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
-    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
-       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
-    springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
+    springls_status (*finish)(springls_context *ctx); /* waits until the device is idle     */
+    bool timed;                                       /* every stage ends with finish       */
+    springls_velocity_fn user_velocity; /* the callback that the device has program text of */
+    size_t user_bytes; /* of `user` that the text reads */
+    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
+    /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
+       ctx->lost; other failures come from springls__fail. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float *largest);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
     springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cells_build)(springls_context *ctx);
-    springls_status (*cells_cover_around)(springls_context *ctx);
-    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
-    springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*cell_list_cover_around)(springls_context *ctx);
+    springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
+    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
-    springls_status (*settle_regions)(springls_context *ctx);
+    springls_status (*resolve_regions)(springls_context *ctx);
 };
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
-/* A run of a kernel here. */
-typedef struct springls__range_job {
+/* A run of a kernel on the host. */
+typedef struct springls__kernel_run {
     const springls_context *ctx;
     const struct springls__kernel_info *kernel;
-    springls__job job;
-} springls__range_job;
+    springls__arguments args;
+} springls__kernel_run;
 
-/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+/* A loop that is run in pieces; pace: seconds an element of the last piece took. */
 typedef struct springls__pieces {
     springls_task task;
     void *arg;
     int next, count, grain;
     double pace;
-    springls__range_job kernel;
+    springls__kernel_run kernel;
 } springls__pieces;
 
-/* The stage at work, and how far it has come (parts.h). */
+/* The stage at work, and how far it has come (resumable.h). */
 typedef struct springls__work {
     springls__stage_fn stage;
-    int phase, repetition;         /* the next part; how often one has been done again                                 */
-    bool pending;
-    float number;           /* what parts tell each other                                                       */
-    springls__pieces loop;
+    int phase;              /* the next one: a constant of the stage's enum                                     */
+    int repetition;         /* how often a phase has been repeated                                              */
+    bool pending;           /* the phase is still to run                                                        */
+    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
+    springls__pieces loop;  /* that the phase before has ended with                                             */
 } springls__work;
 
-/* What advect is to do, does and has done. */
+/* The motion of advect: its forces, its numbers, and what has come of it. */
 typedef struct springls__motion {
     springls_context *ctx;
     springls_forces forces;
     bool stop_at_topology;
-    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    float time, dt;
+    float max_displacement; /* of a particle, voxels; 0: no limit                                               */
     int tries;
     springls__force_rule rule;
     float affine_weight;
     springls__movers *displacement;
     struct springls__block_motion *blocks;
-    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     int moving;
 } springls__motion;
 
-/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
-typedef struct springls__step_entry { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__step_entry;
+/* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
+typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+
+/* An entry of an algorithm (algorithm_tables.h). */
+typedef struct springls__step_entry {
+    springls__entry_kind kind;
+    int stage;              /* whose clock runs, or -1: none                                                    */
+    bool (*when)(const springls_context *ctx); /* its condition; NULL: always                                   */
+    springls__stage_fn run;
+} springls__step_entry;
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *row; /* the next one                                                            */
-    double seconds;         /* that the stage at work has taken so far                                          */
+    const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
+    double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
-    double end;             /* time when the step will be over                                                  */
-    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
-    int parts;
-    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
-    int iterations;         /* of evolve and rebuild, to come                                                   */
+    double end_time;        /* of the step                                                                      */
+    float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
+    float longest_substep;  /* as the force permits                                                             */
+    int substeps;           /* so far                                                                           */
+    bool resamples;         /* this sub-step does                                                               */
+    bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
+    int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
 
 struct springls_context {
-    springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
+    springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
     float smallest_spacing, largest_spacing;
     springls__model model;
-    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
+    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
-    springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
-    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
-    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
-    springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
-    int locked_count;       /* 0: not known yet                                                                 */
-    int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
+    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
+    int locked_count;       /* 0: not measured yet                                                              */
+    int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* why it has been left, until the call at work has told                    */
-    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
-    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
-    bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
-    int calls;              /* stages and steps at work, one inside the other                                    */
+    springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
+    bool lost;              /* the model could not be copied from the device: all work stops until the report    */
+    springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
+    bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
     springls__motion motion;
     springls__stepping step;
-    bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
 };

@@ -9,6 +9,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
     SPRINGLS__PRINTF(3, 4);
 
+/* Sends a line to the caller's log. level: 1 error, 2 warning, 3 information. */
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
 {
     char message[256];
@@ -20,6 +21,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     ctx->desc.logger.log(ctx->desc.logger.user, level, message);
 }
 
+/* Stores and logs the reason of a failure; returns its status. */
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
 {
     va_list args;
@@ -30,7 +32,7 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     return status;
 }
 
-/* Tells how far a long call has come; true when the caller wants it to end. */
+/* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
     return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;

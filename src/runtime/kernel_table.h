@@ -1,13 +1,9 @@
-/* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
+/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
 #ifndef SPRINGLS__RUNTIME_KERNEL_TABLE_H
 #define SPRINGLS__RUNTIME_KERNEL_TABLE_H
 
 #include "../../kernels_embed/device/kernels.h"
 #include "context.h"
-
-#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
-#define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
-#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(SYNCED_POSITION) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -21,29 +17,29 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
-    void (*range)(const springls__model *model, springls__job job, int begin, int end);
+    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
     int grain;
     uint64_t writes;
     bool brick; /* a work group does one */
 } springls__kernel_info;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
-        for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
     }
 
 #define SPRINGLS__SIMD_RANGE(name)                                                                                       \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
-        springls__##name##_elements(model, job, begin, end);                                                             \
+        springls__##name##_elements(model, args, begin, end);                                                             \
     }
 
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
     {                                                                                                                    \
         float memory[floats];                                                                                            \
-        for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
     }
 
 #endif

@@ -1,4 +1,4 @@
-/* run.h - a kernel over all its elements, wherever the model lives. */
+/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 
@@ -28,53 +28,55 @@ static const springls__kernel_info springls__kernels[] = {
 
 SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 {
-    const springls__range_job *run = (const springls__range_job *)arg;
-    run->kernel->range(&run->ctx->model, run->job, begin, end);
+    const springls__kernel_run *run = (const springls__kernel_run *)arg;
+    run->kernel->range(&run->ctx->model, run->args, begin, end);
 }
 
-SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Returns a kernel with its arguments; NULL: it takes none. */
+SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
+{
+    springls__kernel_run run;
+    memset(&run, 0, sizeof run);
+    run.ctx = ctx;
+    run.kernel = &springls__kernels[kernel];
+    if (args) run.args = *args;
+    return run;
+}
+
+/* Starts a kernel on the device; fails when that cannot. */
+SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                                     const springls__arguments *args)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
-    return ctx->backend->run(ctx, (int)kernel, count, job);
+    return ctx->backend->run(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
-/* Has the device done it? What it cannot do is done here. */
-SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
-    if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
+    if (springls__run_on_device(ctx, kernel, count, args) == SPRINGLS_OK) return true;
     springls__fall_back_to_host(ctx);
     return false;
 }
 
-SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
+SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
-    springls__range_job run;
-    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    springls__kernel_run run;
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
-    run.ctx = ctx;
-    run.kernel = &springls__kernels[kernel];
-    run.job = job;
+    run = springls__run_of(ctx, kernel, args);
     springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
 }
 
-SPRINGLS__FN springls__job springls__job_of(int i)
-{
-    springls__job job;
-    memset(&job, 0, sizeof job);
-    job.i[0] = i;
-    return job;
-}
-
-SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); }
-
-/* How many of the first `count` bytes of an array are `value`. */
+/* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
     const uint8_t *flags;
     int i, n = 0;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
         springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
@@ -83,35 +85,45 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return n;
 }
 
-/* The largest of the first `count` floats of a scratch, 0 or more. */
-SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
+/* Returns the largest of the first `count` floats of an array, at least 0. */
+SPRINGLS__FN float springls__largest(springls_context *ctx, springls__array array, int count)
 {
     const float *values;
     float largest = 0.0f;
     int i;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
+        if (ctx->backend->largest(ctx, array, count, &largest) == SPRINGLS_OK) return largest;
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
-    values = (const float *)ctx->model.scratch[scratch];
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0.0f;
+    values = (const float *)ctx->memory[array].data;
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
 
-/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+/* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
+SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
 {
-    uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
         numbers[i] = (uint32_t)sum;
         sum += number;
     }
+    return sum;
+}
+
+/* Does so with the first `count` numbers of an array; fails when *total, the sum of all, is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    uint64_t sum;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
+    sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;

@@ -17,6 +17,7 @@ SPRINGLS__FN void springls__free(void *memory, size_t size, void *user)
     free(memory);
 }
 
+/* Returns memory from the context's allocator, or NULL. */
 SPRINGLS__FN void *springls__allocate(springls_context *ctx, size_t size)
 {
     void *memory = ctx->desc.allocator.alloc(size, ctx->desc.allocator.user);
@@ -31,7 +32,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
     ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
 }
 
-/* Makes room for count elements; keeps the first `keep` bytes. Grows by half again so that repeated growth is cheap. */
+/* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by half again, so that repeated
+   growth is cheap. Fails without memory, and leaves the buffer as it was. */
 SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
                                                    size_t element, size_t keep)
 {

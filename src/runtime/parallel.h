@@ -5,8 +5,8 @@
 #include "base.h"
 #include "context.h"
 
-/* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own
-   indices own, so results cannot depend on the number of workers. */
+/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
+   A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
 SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     if (count <= 0) return;

@@ -1,5 +1,6 @@
-/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
-   about to read and write, and only that is brought here, once. */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
 #ifndef SPRINGLS__RUNTIME_RESIDENCY_H
 #define SPRINGLS__RUNTIME_RESIDENCY_H
 
@@ -7,20 +8,17 @@
 #include "errors.h"
 #include "kernel_table.h"
 
-/* How many elements of an array are in use. */
+/* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
-        || array == SPRINGLS__ARRAY_NEIGHBORS)
-        used = (size_t)m->set.count;
-    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
-        used = (size_t)m->grid.slot_count;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
     return used < all ? used : all;
 }
 
-/* Brings an array to the host or to the device. */
+/* Copies an array to the host or to the device. */
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
@@ -31,10 +29,8 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
-#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
-
-/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
-   from where it was. A failure when not even that can be: the model is lost. */
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
@@ -53,15 +49,17 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
-#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
-    do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
-        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
-    } while (0)
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
 
-/* To be called before host code reads arrays of the model, or writes some of their elements. */
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -69,15 +67,15 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
-        if (!((reads | writes) >> array & 1u)) continue;
+        if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
 }
 
-/* What a kernel may touch is on the device; what it writes is only there. */
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -89,12 +87,12 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (writes >> array & 1u) buffer->host_stale = true;
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
 }
 
-/* The first bytes of an array, to be read here and then forgotten. */
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
@@ -103,10 +101,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* From now on kernels run on the device, where there is one: for stages. */
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Whatever the device has is of no use any more. */
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
@@ -117,16 +115,13 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     }
 }
 
-/* Working memory of stages: what it holds is of no use to whoever comes after them. */
-#define SPRINGLS__SCRATCH_BITS                                                                                                      \
-    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
-
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
+
 
 #endif

@@ -1,7 +1,7 @@
-/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
-   ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
-   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
-   ctx->work. A stage that knows no parts is one. */
+/* resumable.h - stages that can be left between two phases and resumed later.
+   A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
+   SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
+   ctx->work holds what one phase leaves for the next. A stage that does not look at the phase has one. */
 #ifndef SPRINGLS__RUNTIME_RESUMABLE_H
 #define SPRINGLS__RUNTIME_RESUMABLE_H
 
@@ -11,15 +11,15 @@
 #include "residency.h"
 #include "stage_clock.h"
 
-/* For the end of a part: another one follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
+/* Ends a phase: `phase` of the same stage follows. */
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
 {
-    ctx->work.phase = part;
+    ctx->work.phase = phase;
     ctx->work.pending = true;
     return SPRINGLS_OK;
 }
 
-/* ... all of another stage follows. */
+/* Ends the last phase of a stage: all phases of another stage follow. */
 SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
 {
     ctx->work.stage = stage;
@@ -29,7 +29,7 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* The loop that a part ends with. */
+/* Makes a task over [0, count) the loop that the phase ends with. */
 SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -41,14 +41,12 @@ SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
-SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+/* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
+SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
-    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
-    ctx->work.loop.kernel.ctx = ctx;
-    ctx->work.loop.kernel.kernel = &springls__kernels[kernel];
-    ctx->work.loop.kernel.job = job;
+    ctx->work.loop.kernel = springls__run_of(ctx, kernel, args);
     springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
 }
 
@@ -60,6 +58,7 @@ SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
     loop->task(loop->arg, loop->next + begin, loop->next + end);
 }
 
+/* Runs what is left of the loop. */
 SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -68,10 +67,10 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
     loop->next = loop->count;
 }
 
-/* Ranges of a smallest piece: some for each of a few threads. */
+/* Grains in the smallest piece: a few, so that a few threads share it. */
 enum { SPRINGLS__PIECE_GRAINS = 4 };
 
-/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+/* Runs as much of the loop as takes half of the time until `until`, at the pace of the piece before. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -84,7 +83,7 @@ SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
     loop->pace = (springls__now(ctx) - now) / (double)n;
 }
 
-/* Would the next piece take longer than there is? */
+/* Returns true when the smallest next piece would end after `until`. */
 SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
 {
     const springls__pieces *loop = &ctx->work.loop;
@@ -92,7 +91,7 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
     return !(springls__now(ctx) + next < until);
 }
 
-/* ---- stages in parts ---- */
+/* ---- phases ---- */
 
 SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
 {
@@ -108,7 +107,7 @@ SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
     return ctx->work.stage(ctx);
 }
 
-/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
     while (!springls__phases_done(ctx)) {
@@ -121,7 +120,7 @@ SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const doubl
     return SPRINGLS_OK;
 }
 
-/* All of a stage, which may be inside a part of another. */
+/* Runs all of a stage, also from inside a phase of another one. */
 SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
 {
     const springls__work outer = ctx->work;
@@ -134,16 +133,17 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
 
 /* ---- the step in progress ---- */
 
+/* Stops the clock of the step's stage at work. */
 SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
     if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
     ctx->step.stage = -1;
 }
 
-/* What is in progress is left as it is. */
+/* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
     ctx->step.active = false;
     memset(&ctx->work, 0, sizeof ctx->work);
 }

@@ -1,4 +1,4 @@
-/* stage.h - the begin and end of every stage: time and trace hooks. */
+/* stage_clock.h - begins and ends every stage: its clock and the caller's trace. */
 #ifndef SPRINGLS__RUNTIME_STAGE_CLOCK_H
 #define SPRINGLS__RUNTIME_STAGE_CLOCK_H
 
@@ -9,6 +9,7 @@
 #endif
 #include <time.h>
 
+/* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
     if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
@@ -19,6 +20,7 @@ SPRINGLS__FN double springls__now(const springls_context *ctx)
 #endif
 }
 
+/* Returns when the stage has begun, for springls__stage_end. */
 SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
 {
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);

@@ -1,4 +1,4 @@
-/* stage_calls.h - the public calls of single stages. A step in progress is finished first. */
+/* stage_calls.h - the public calls of single stages. Each ends a step in progress first. */
 #ifndef SPRINGLS__SOLVER_STAGE_CALLS_H
 #define SPRINGLS__SOLVER_STAGE_CALLS_H
 
@@ -18,7 +18,7 @@
 #include "../stages/unsigned_to_signed.h"
 #include "step.h"
 
-/* Runs one stage under its clock: the body of every public stage call. */
+/* Runs one stage under its clock. */
 SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
 {
     springls_status status;

@@ -1,5 +1,5 @@
-/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
-   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
+/* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
+   any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
 #ifndef SPRINGLS__SOLVER_STEP_H
 #define SPRINGLS__SOLVER_STEP_H
 
@@ -7,277 +7,34 @@
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
 #include "../runtime/stage_clock.h"
-#include "../model/constellation.h"
 #include "../model/host_access.h"
-#include "../stages/advect.h"
-#include "../stages/contract.h"
-#include "../stages/evolve.h"
-#include "../stages/fill_gaps.h"
-#include "../stages/keep_edges.h"
-#include "../stages/project.h"
-#include "../stages/rebuild.h"
-#include "../stages/relax.h"
-#include "../stages/resample.h"
-#include "../stages/unsigned_to_signed.h"
-#include "../stages/volume_lock.h"
+#include "algorithm_tables.h"
 
-/* ---- what the rows ask ---- */
-
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
-{
-    return iteration % ctx->model.params.resample_period == 0;
-}
-
-/* Volumes are to be locked, and nobody knows them yet. */
-SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
-{
-    return ctx->model.params.volume_lock && ctx->locked_count == 0;
-}
-
-SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
-
-/* contract will ask for phi as it was before the springls moved. */
-SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
-{
-    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
-}
-
-SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
-SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
-{
-    return ctx->step.resample && !ctx->model.params.resample_last;
-}
-SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
-{
-    return ctx->step.resample && ctx->model.params.resample_last;
-}
-SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
-SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
-SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
-{
-    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
-}
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.afresh; }
-SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
-
-/* After eq. 23; carrying phi along has projected it already. */
-SPRINGLS__FN bool springls__projects(const springls_context *ctx)
-{
-    return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
-}
-
-/* ---- what is done between stages ---- */
-
-enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
-
-/* The rest of a step is cut into parts as equal as the force allows. */
-SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    float dt = step->part;
-    if (step->left > 0.0f) {
-        dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
-        if (ctx->time + (double)dt == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
-                                  (double)dt);
-        if (step->parts++ == SPRINGLS__MAX_SUBSTEPS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
-                                  SPRINGLS__MAX_SUBSTEPS);
-    }
-    if (!ctx->model.params.volume_lock) {
-        ctx->locked_count = 0;
-        ctx->stats.volume_correction = 0.0f;
-    }
-    SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
-    ctx->motion.most = step->left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
-    ctx->motion.stop_at_topology = step->desc.stop_at_topology;
-    return SPRINGLS_OK;
-}
-
-/* Springls have moved. */
-SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
-{
-    ctx->time += (double)ctx->motion.dt;
-    ctx->iteration++;
-    ctx->stats.steps++;
-    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
-    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
-    return SPRINGLS_OK;
-}
-
-/* Springls may have come too far for phi to be carried along. */
-SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
-{
-    float way;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.afresh = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
-    return SPRINGLS_OK;
-}
-
-/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
-SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
-{
-    const int enough = 3;
-    ctx->step.iterations = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
-    return SPRINGLS_OK;
-}
-
-/* Back to evolve and rebuild, the two rows before. */
-SPRINGLS__FN springls_status springls__iterate(springls_context *ctx)
-{
-    ctx->step.iterations--;
-    ctx->step.row -= 3;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
-
-/* ---- the algorithms ---- */
-
-#define SPRINGLS__BEGIN                                                          \
-    { -1, NULL, springls__substep_begin },                                       \
-    { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
-#define SPRINGLS__MOVE                                                           \
-    { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
-    { -1, NULL, springls__substep_advanced }
-/* The level set catches up with the springls. */
-#define SPRINGLS__FOLLOW                                                         \
-    { -1, NULL, springls__follow_begin },                                        \
-    { SPRINGLS_STAGE_KEEP_EDGES, springls__has_edges, springls__keep_edges },    \
-    { SPRINGLS_STAGE_PROJECT, springls__carries, springls__carry_level_set },    \
-    { SPRINGLS_STAGE_EVOLVE, springls__iterates, springls__evolve },             \
-    { SPRINGLS_STAGE_REBUILD, springls__iterates, springls__rebuild },           \
-    { -1, springls__iterates, springls__iterate },                               \
-    { SPRINGLS_STAGE_PROJECT, springls__projects, springls__project_level_set }
-#define SPRINGLS__END                                                            \
-    { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
-    { -1, NULL, springls__substep_end }
-
-static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
-    SPRINGLS__BEGIN,
-    { -1, springls__wants_phi_before, springls__sample_phi },
-    SPRINGLS__MOVE,
-    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
-    { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
-    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
-    { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
-    { -1, NULL, springls__check_displacement },
-    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
-    SPRINGLS__FOLLOW,
-    { -1, springls__resamples, springls__orient },
-    { SPRINGLS_STAGE_CONTRACT, springls__resamples_last, springls__contract_now },
-    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_last, springls__resample },
-    { SPRINGLS_STAGE_FILL_GAPS, springls__resamples, springls__fill_gaps },
-    SPRINGLS__END
-};
-
-static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
-    SPRINGLS__BEGIN,
-    SPRINGLS__MOVE,
-    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
-    SPRINGLS__FOLLOW,
-    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
-    { SPRINGLS_STAGE_FILL_GAPS, springls__not_one_to_one, springls__fill_gaps },
-    { SPRINGLS_STAGE_CONTRACT, springls__not_one_to_one, springls__contract_now },
-    { SPRINGLS_STAGE_RESAMPLE, springls__not_one_to_one, springls__resample },
-    SPRINGLS__END
-};
-
-static const springls__step_entry springls__advect_only[] = {
-    SPRINGLS__BEGIN,
-    SPRINGLS__MOVE,
-    { -1, NULL, springls__substep_end }
-};
-
-#undef SPRINGLS__BEGIN
-#undef SPRINGLS__MOVE
-#undef SPRINGLS__FOLLOW
-#undef SPRINGLS__END
-
-SPRINGLS__FN void springls__first_entry(springls_context *ctx)
-{
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
-                    : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
-                                                              : springls__advect_only;
-}
-
-/* Is there another sub-step? The next one is as long as the last one permitted. */
-SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
-{
-    const float growth = 1.5f;
-    springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
-    step->left = (float)(step->end - ctx->time);
-    step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->left > 1e-6f * step->desc.dt) {
-        springls__first_entry(ctx);
-        return SPRINGLS_OK;
-    }
-    ctx->time = step->end;
-    step->active = false;
-    return SPRINGLS_OK;
-}
-
-/* How the step is cut into sub-steps: left is 0 where it is not. */
-SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    const springls_step_desc *desc = &step->desc;
-    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->left = 0.0f;
-    step->part = desc->dt;
-    springls__first_entry(ctx);
-    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
-    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->part = speed > 1e-6f ? limit / speed : 0.0f;
-        return SPRINGLS_OK;
-    }
-    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
-                              SPRINGLS__MAX_SUBSTEPS);
-    step->left = desc->dt;
-    step->end = ctx->time + (double)desc->dt;
-    step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
-    return SPRINGLS_OK;
-}
-
-static const springls__step_entry springls__plan[] = { { -1, NULL, springls__plan_step } };
-
-/* ---- from row to row ---- */
-
-/* The next row that is wanted begins. */
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    while (step->row->when && !step->row->when(ctx)) step->row++;
-    step->stage = step->row->stage;
-    step->seconds = 0.0;
+    const springls__step_entry *entry = springls__due_entry(ctx, step->next);
+    step->next = entry + 1;
+    step->stage = entry->stage;
+    step->stage_seconds = 0.0;
     if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_phases(ctx, step->row->run);
-    step->row++;
+    springls__begin_phases(ctx, entry->run);
 }
 
-/* Goes on with the stage at work. Its clock stands still while nobody does. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count as its. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
-    double started = springls__now(ctx) - step->seconds;
+    double started = springls__now(ctx) - step->stage_seconds;
     springls_status status;
     springls__use_device(ctx);
     status = springls__resume(ctx, until);
-    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->seconds = springls__now(ctx) - started;
+    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->stage_seconds = springls__now(ctx) - started;
     else springls__entry_end(ctx, started);
     return status;
 }
 
-/* Goes on with the step in progress for a while; NULL: to its end. */
+/* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
     springls_status status = SPRINGLS_OK;
@@ -293,6 +50,7 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return springls__report_device_failure(ctx, status);
 }
 
+/* Ends the step in progress, if any: whatever changes the model or needs its working memory calls this first. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -312,7 +70,8 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
-    ctx->step.row = springls__plan;
+    ctx->step.algorithm = springls__algorithm_of(step->mode);
+    ctx->step.next = springls__plan;
     ctx->step.stage = -1;
     ctx->step.active = true;
     return SPRINGLS_OK;
@@ -343,7 +102,7 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
 {
-    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
+    const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");

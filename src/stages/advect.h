@@ -227,14 +227,15 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 }
 
 /* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
                                                                                      : 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
-    SPRINGLS__TRY(
-        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
+    job->blocks = springls__block_motions(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+                                    SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
@@ -256,7 +257,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *job)
 }
 
 /* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
 {
     const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
@@ -297,12 +298,12 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
     SPRINGLS__TRY(
@@ -311,9 +312,9 @@ SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
-    job->moved = springls__sqrt(springls__largest(ctx, 1, count));
-    job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
+    job->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    job->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
     if (!(job->moved < 1e9f)) job->moved = -1.0f;
     return ctx->backend_status;
 }
@@ -323,32 +324,38 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     SPRINGLS__TRY(springls__motion_times(job));
-    SPRINGLS__TRY(
-        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
+    job->displacement = springls__displacement(&ctx->model);
     job->blocks = NULL;
-    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
-    return springls__displace_here(job);
+    if (ctx->on_device && springls__device_can_displace(job)) {
+        springls_status status = springls__displace_on_device(job);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    return springls__displace_on_host(job);
 }
 
-/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
-   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+
+/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
+   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
+   limit. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *job = &ctx->motion;
     int count = ctx->model.set.count;
-    if (ctx->work.phase == 0) {
+    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
         SPRINGLS__TRY(springls__displace(job));
-        return springls__next_phase(ctx, 1);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(job);
     if (job->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
-        return springls__next_phase(ctx, 0);
+    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
     ctx->stats.largest_displacement = job->moved;
     ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
@@ -371,15 +378,15 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
-/* Writes the velocities at SPRINGLS__LANES points, xyz each, to out. */
-SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_flow *flow, const float *points, float time, float *out)
+/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
 {
     float axis[3][SPRINGLS__LANES];
     springls__vec3 u;
     int lane, k;
     for (lane = 0; lane < SPRINGLS__LANES; lane++)
         for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
-    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), flow->grid_size, flow->period, time);
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
     springls__vec_store(axis[0], u.x);
     springls__vec_store(axis[1], u.y);
     springls__vec_store(axis[2], u.z);
@@ -390,12 +397,13 @@ SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_fl
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
+    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
     int i;
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__deformation_velocities(flow, points + 3 * i, time, out + 3 * i);
+        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
     for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                        flow->grid_size, flow->period, time);
+                                                        n, amplitude);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;

@@ -14,38 +14,42 @@
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
-    springls__job job = springls__no_job();
-    int count = ctx->model.set.count;
+    springls__arguments args;
+    int count = ctx->model.set.count, undecided;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
         if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
-        job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
-        job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
-        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
-        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
+        args.contract.min_angle_cosine = springls__cospi(ctx->model.params.min_angle / 180.0f);
+        args.contract.max_angle_cosine = springls__cospi(ctx->model.params.max_angle / 180.0f);
+        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, &args);
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
+    case SPRINGLS__CONTRACT_RESHAPE:
+        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
+        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, 4);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
-        SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
-        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        return springls__next_phase(ctx, 3);
-    case 3:
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        return springls__next_phase(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
+        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
+    case SPRINGLS__CONTRACT_MERGE:
+        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
+    case SPRINGLS__CONTRACT_MERGED:
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
+        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
+        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+    case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));

@@ -16,15 +16,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
     springls__swap_phi(ctx);
 }
 
+enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
+
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__EVOLVE_OMEGA:
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
+    case SPRINGLS__EVOLVE_PHI:
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
+    case SPRINGLS__EVOLVE_COMMIT:
     default:
         springls__commit_phi(ctx, 1);
         springls__mark_phi_synced(ctx);

@@ -16,29 +16,31 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)count, sizeof(uint32_t), NULL));
-    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
+    springls__arguments args;
     int count = ctx->model.set.count, wanted = 0, room;
-    while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
-        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, springls__no_job());
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH2, SPRINGLS__ARRAY_SCRATCH3);
+    while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), count, SPRINGLS__UNDECIDED) > 0) {
+        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
+        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
     }
-    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, springls__no_job());
-    SPRINGLS__TRY(springls__scan(ctx, 4, count, &wanted));
+    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
     ctx->stats.refused += wanted - room;
     ctx->stats.added += room;
     if (room == 0) return SPRINGLS_OK;
+    args.insert.count = room;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, springls__job_of(room));
+    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
     springls__constellation_added(ctx, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;

@@ -15,27 +15,29 @@
 /* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
-    springls__job job = springls__no_job();
+    springls__arguments args;
     int bricks;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
-    job.f[0] = covered;
-    job.f[1] = on_sheets;
-    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
+    args.exposure.covered = covered;
+    args.exposure.covered_on_sheets = on_sheets;
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, &args);
     return SPRINGLS_OK;
 }
 
 /* ... get springls. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
+    springls__arguments args;
     int bricks = ctx->model.grid.active_count, wanted = 0, room;
-    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(exposed_count), bricks, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
     ctx->stats.refused += wanted - room;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
-    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, springls__job_of(room));
+    args.insert.count = room;
+    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, &args);
     springls__constellation_added(ctx, room);
     return SPRINGLS_OK;
 }
@@ -43,15 +45,19 @@ SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 /* The new springls, behind `first` others, take their place among them. */
 SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
+    springls__arguments args;
     int added = ctx->model.set.count - first;
     double started;
     if (added == 0) return;
+    args.fit.first = first;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, springls__job_of(first)); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
 }
+
+enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
@@ -60,18 +66,19 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
     switch (ctx->work.phase) {
-    case 0:
-        if (!springls_first) return springls__next_phase(ctx, 2);
+    case SPRINGLS__FILL_FIND_SEEDS:
+        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
         SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
+    case SPRINGLS__FILL_INSERT_SEEDS:
         SPRINGLS__TRY(springls__insert_seeds(ctx));
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+    case SPRINGLS__FILL_FIND_EXPOSED:
         SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
                                           springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, 3);
+        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
+    case SPRINGLS__FILL_EXPOSED:
     default:
         SPRINGLS__TRY(springls__fill_exposed(ctx));
         springls__fit_new_springls(ctx, count);

@@ -10,7 +10,7 @@
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
 #include "../model/attribute_rows.h"
-#include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/constellation.h"
 #include "../model/interpolation.h"
 #include "../model/springl_surface.h"
@@ -35,7 +35,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
     return SPRINGLS_OK;
 }
@@ -147,7 +147,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.search.ctx = ctx;
@@ -223,13 +223,13 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     springls__merge_targets_job job;
     size_t count = (size_t)ctx->model.set.count;
     if (!ctx->attribute_count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
-    SPRINGLS__TRY(springls__model_refresh(ctx));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.fate = springls__contract_action(&ctx->model);
     job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
@@ -264,7 +264,7 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    const uint8_t *fate = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
     if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);

@@ -11,17 +11,18 @@
 #include "../model/cell_list.h"
 
 /* Finds the springls at creases (edge), and the normal and place that each has on its side. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool anew)
+SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
 {
     int count = ctx->model.set.count;
-    size_t n = (size_t)count;
+    springls__arguments args;
+    args.edge.search = search;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof(springls__v3), NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, springls__no_job());
-    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, springls__job_of(anew));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
 }
@@ -33,9 +34,9 @@ SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { retur
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
-    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, NULL);
     ctx->omega_fresh = false;
-    ctx->model_fresh = false;
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 

@@ -22,51 +22,56 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     const springls__grid *g = &ctx->model.grid;
     int i;
-    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) == 0) return;
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
     springls__omega_constant(ctx, g->far_value, -g->far_value);
     for (i = 0; i < voxels; i++) {
-        springls__job job = springls__job_of(i == voxels - 1);
-        job.f[0] = i == voxels - 1 ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
+        springls__arguments args;
+        args.resolve.last = i == voxels - 1;
+        args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
+        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
     springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
     ctx->omega_fresh = false;
 }
 
+enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
+
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     const int sweeps = 2;
-    springls__job job = springls__job_of(carry);
-    float *way = &ctx->work.number;
+    springls__arguments args;
+    float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
-        SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, way));
-        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
-        job.f[0] = *way;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, ctx->model.grid.active_count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
+        args.project.carry = carry;
+        args.project.max_displacement = *displacement;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, &args);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+    case SPRINGLS__PROJECT_COMMIT:
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
         }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, 3);
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
+    case SPRINGLS__PROJECT_NO_SPECKS:
         springls__swap_phi(ctx);
-        return springls__next_phase(ctx, 3);
-    case 3:
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 4);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+    case SPRINGLS__PROJECT_SWEEP:
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
+    case SPRINGLS__PROJECT_SWEPT:
     default:
         springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, 3);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
 }

@@ -12,7 +12,7 @@
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
     for (; sweeps > 0; sweeps--) {
-        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
         springls__swap_phi(ctx);
     }
 }
@@ -24,29 +24,35 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     uint32_t *reach;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, NULL);
     ctx->cells_fresh = false; /* they live in the bricks */
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    reach = springls__band_mask(&ctx->model);
+    keep = springls__band_keeps(&ctx->model);
+    wanted = springls__band_bricks(&ctx->model);
+    rank = springls__band_rank(&ctx->model);
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
                                     SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
-                                        | SPRINGLS__BIT(SCRATCH3)));
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps) | SPRINGLS__ROLE_BIT(band_bricks)
+                                        | SPRINGLS__ROLE_BIT(band_rank)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
     }
     for (i = 0; i < g->active_count; i++) {
-        int origin[3];
+        int origin[3], at[3];
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
-            int x = origin[0] + 8 * (d % 3 - 1), y = origin[1] + 8 * (d / 3 % 3 - 1), z = origin[2] + 8 * (d / 9 - 1);
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            brick = springls__brick_at(g, x, y, z);
+            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;
         }
@@ -55,18 +61,21 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
+enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
+
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
+    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
     switch (ctx->work.phase) {
-    case 0:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    case 1:
+    case SPRINGLS__REBUILD_INTERFACE:
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    case SPRINGLS__REBUILD_SWEEP:
+    default:
         springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    default: return SPRINGLS_OK;
+        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }
 }
 

@@ -8,29 +8,33 @@
 #include "../model/constellation.h"
 #include "../model/neighbors.h"
 
+enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
+
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__RELAX_FIND_NEIGHBORS:
         if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
-        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_ITERATE:
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, ctx->model.set.count));
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, NULL);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
+    case SPRINGLS__RELAX_ITERATED:
     default:
-        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
         springls__constellation_moved(ctx);
-        return ++ctx->work.repetition < ctx->model.params.relax_iterations ? springls__next_phase(ctx, 1) : SPRINGLS_OK;
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        return SPRINGLS_OK;
     }
 }
 
 /* Flipped triangles are turned round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, springls__no_job());
-    ctx->model_fresh = false;
+    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
+    ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
 

@@ -11,19 +11,21 @@
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
+    springls__arguments args;
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, springls__no_job());
-    SPRINGLS__TRY(springls__scan(ctx, 1, count, &wanted));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
     splits = springls__imin(wanted, room);
     ctx->stats.refused += wanted - splits;
     if (splits == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
+    args.insert.count = splits;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)splits));
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
     SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
-    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
+    springls__run(ctx, SPRINGLS__KERNEL_split, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, &args);
     springls__constellation_added(ctx, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);

@@ -8,10 +8,11 @@
 /* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
-    int colour;
+    springls__arguments args;
     for (; passes > 0; passes--)
-        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, springls__job_of(colour));
-    springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, springls__no_job());
+        for (args.commit_simple.color = 0; args.commit_simple.color < 8; args.commit_simple.color++)
+            springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, NULL);
 }
 
 #endif

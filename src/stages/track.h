@@ -6,7 +6,7 @@
 
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
     return SPRINGLS_OK;
 }
 

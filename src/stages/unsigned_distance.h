@@ -8,39 +8,27 @@
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
 
-/* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
+/* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
-    memset(cells->brick_list_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
-    for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
-    for (pass = 0; pass < 2; pass++) {
-        for (i = 0; i < ctx->model.set.count; i++) {
-            int lo[3], hi[3], x, y, z;
-            springls__springl_bricks(g, &ctx->model.set.s[i], margin, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++) {
-                        int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
-                        if (slot < SPRINGLS__FIRST_SLOT) continue;
-                        if (pass == 0) cells->brick_list_first[rank[slot] + 2]++;
-                        else cells->brick_list_ids[cells->brick_list_first[rank[slot] + 1]++] = (uint32_t)i;
-                    }
-        }
-        if (pass == 1) break;
-        for (i = 0; i < g->active_count; i++) { /* entry i+1 becomes the start of brick i; the second pass moves it on */
-            cells->brick_list_first[i + 2] += cells->brick_list_first[i + 1];
-        }
-        total = (int)cells->brick_list_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
+    const springls__model *model = &ctx->model;
+    const int bricks = model->grid.active_count;
+    uint32_t *first;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
     }
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__ROLE_BIT(brick_rank)));
+    first = model->cells.brick_list_first;
+    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
+    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
+    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
+    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
     return SPRINGLS_OK;
 }
 
@@ -48,11 +36,13 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
-    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
+    springls__arguments args;
+    args.omega_forget.all = !ctx->omega_fresh;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
+    if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
-        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, NULL);
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;

@@ -19,49 +19,52 @@
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    wanted = springls__brick_wanted(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-        for (z = lo[2]; z <= hi[2]; z++)
-            for (y = lo[1]; y <= hi[1]; y++)
-                for (x = lo[0]; x <= hi[0]; x++) {
-                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
-                    count += !wanted[brick];
-                    wanted[brick] = 1;
-                }
+        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
+        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[brick];
+            wanted[brick] = 1;
+        }
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
+    list = springls__brick_list(&ctx->model);
     for (i = count = 0; i < bricks; i++)
         if (wanted[i]) list[count++] = i;
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
+/* The background grows through bricks: the coarse levels of the paper, each to its end. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
+    springls__arguments args;
     int step = 1, axis, lines;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, springls__brick_count(g), 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, springls__brick_count(g) * 3, 1, NULL)); /* more than there are lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), springls__no_job());
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* more than there are lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
     for (; step >= 1; step /= 2)
         do {
             for (axis = lines = 0; axis < 3; axis++) {
-                springls__job job = springls__job_of(axis);
-                job.i[1] = step;
-                job.i[2] = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), job);
+                args.grow_line.axis = axis;
+                args.grow_line.step = step;
+                args.grow_line.first_flag = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
                 lines += springls__lines_along(g, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), springls__no_job());
+        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
     return SPRINGLS_OK;
 }
 
@@ -69,21 +72,23 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
 {
     const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
     bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
+    args.grow.block = block;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
     for (; grew && iterations > 0; iterations--) {
-        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, springls__job_of(block));
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, bricks, 1) > 0;
+        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
 
-/* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
-   narrow entrance. It is on one side as a whole: that of most voxels around it. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
+   thread's work. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
+    uint8_t *state;       /* of the bricks                                              */
     int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
@@ -99,7 +104,7 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 
 SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
 {
-    return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
+    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
@@ -117,7 +122,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture_range) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -129,17 +134,15 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
     const springls__grid *g = &r->ctx->model.grid;
     int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3];
-    at[0] = 8 * (brick % g->bricks[0]) + (v & 7);
-    at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]) + (v >> 3 & 7);
-    at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1])) + (v >> 6);
+    int at[3], to[3];
+    springls__brick_origin(g, brick, at);
+    at[0] += v & 7;
+    at[1] += v >> 3 & 7;
+    at[2] += v >> 6;
     for (d = 0; d < 6; d++)
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++) {
-                int to[3], axis = d >> 1;
-                to[axis] = at[axis] + (d & 1 ? n : -1);
-                to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
-                to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+                springls__voxel_at_face(at, n, d, i, j, to);
                 springls__region_visit(r, to[0], to[1], to[2]);
             }
 }
@@ -165,15 +168,17 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
-    void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->resolve_regions(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     region.ctx = ctx;
-    region.state = (uint8_t *)ctx->model.scratch[2];
+    region.state = springls__brick_state(&ctx->model);
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
-    region.member = (int64_t *)memory;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
+    region.member = springls__region_members(&ctx->model);
     for (v = 0; v < voxels; v++) {
         int64_t first = springls__active_voxel(g, v);
         if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
@@ -181,32 +186,36 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
+       SPRINGLS__SIGN_COMMIT };
+
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__SIGN_OMEGA:
         if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
+    case SPRINGLS__SIGN_GROW_BRICKS:
         SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
+    case SPRINGLS__SIGN_GROW_COARSE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
+    case SPRINGLS__SIGN_GROW_FINE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, 4);
-    case 4:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
-        return springls__next_phase(ctx, 5);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
+    case SPRINGLS__SIGN_SIDES:
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
+    case SPRINGLS__SIGN_COMMIT:
     default:
         if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
         springls__mark_phi_synced(ctx);
         return springls__next_stage(ctx, springls__rebuild);
     }

@@ -187,9 +187,12 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
     int v;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
     parts->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->slot_count, sizeof *parts->rank, (void **)&parts->rank));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)nodes, sizeof *parts->parent, (void **)&parts->parent));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)parts->voxels, sizeof *parts->label, (void **)&parts->label));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, parts->voxels));
+    parts->rank = springls__component_rank(&ctx->model);
+    parts->parent = springls__component_parent(&ctx->model);
+    parts->label = springls__component_label(&ctx->model);
     for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
     for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
     springls__join_faces(g, parts);
@@ -205,7 +208,8 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
             parts->label[node] = root == node ? parts->count++ : parts->label[root]; /* a root is the lowest of its tree */
         }
     }
-    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)parts->count, sizeof *parts->part, (void **)&parts->part));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, parts->count));
+    parts->part = springls__components(&ctx->model);
     memset(parts->part, 0, (size_t)parts->count * sizeof *parts->part);
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -265,9 +269,12 @@ SPRINGLS__FN springls_status springls__component_links_begin(springls_context *c
     k->before = ctx->locked_count;
     nodes = (size_t)k->before + (size_t)parts->count;
     k->vote_count = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->model.set.count, sizeof *k->votes, (void **)&k->votes));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, nodes, sizeof *k->kin, (void **)&k->kin));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, nodes, sizeof *k->parent, (void **)&k->parent));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
+    k->votes = springls__link_votes(&ctx->model);
+    k->kin = springls__links(&ctx->model);
+    k->parent = springls__link_parent(&ctx->model);
     for (i = 0; i < (int)nodes; i++) {
         k->parent[i] = i;
         k->kin[i].votes = 0;

@@ -66,12 +66,13 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Bricks active in either; the list is in SCRATCH2. */
+/* Makes the bricks active that are active in either. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
     const springls__grid *g = &ctx->model.grid;
     int i, count = 0, bricks = (int)springls__brick_count(g), *list;
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    list = springls__brick_list(&ctx->model);
     for (i = 0; i < bricks; i++)
         if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
     return springls__grid_add_bricks(ctx, list, count);
@@ -172,12 +173,13 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 
 /* ---- springls ---- */
 
-/* Which of a model's springls stay, to its SCRATCH1; returns how many. */
+/* Finds which of a model's springls stay (its contract_action), and how many. */
 SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
     uint8_t *fate;
     int i;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
+    fate = springls__contract_action(&ctx->model);
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
         fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
         *staying += fate[i] == SPRINGLS__KEEP;
@@ -185,22 +187,19 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
-                                         const springls__side_rule *rule, bool turn)
+/* Turns a triangle round: its normal points the other way. */
+SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
 {
-    const springls__constellation *set = &other->model.set;
-    springls__springl s = springls__pull_to_surface(rule, set->s[j]);
-    uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
-    int i, k, n;
-    if (turn) {
-        springls__v3 q = s.q[1];
-        s.q[1] = s.q[2];
-        s.q[2] = q;
-    }
-    n = springls__constellation_append(ctx, &s, set->a[j], set->generation[j], set->mask[j]);
-    ctx->model.set.birth[n] = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (birth & 3u);
-    ctx->model.set.edge[n] = set->edge[j];
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
+/* Copies the values of springl j for the attributes that both models have; others are 0. */
+SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
+{
+    int i, k;
     for (i = 0; i < ctx->attribute_count; i++) {
         const springls__attribute *attribute = &ctx->attributes[i];
         size_t bytes = (size_t)attribute->channels * sizeof(float);
@@ -210,6 +209,22 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
         else
             memset(springls__attribute_row(attribute, n), 0, bytes);
     }
+}
+
+/* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
+                                               const springls__side_rule *rule, bool turn)
+{
+    springls__record record = springls__record_load(&other->model, j);
+    uint32_t age = other->model.set.step - (record.birth >> 2);
+    int n = ctx->model.set.count;
+    record.s = springls__pull_to_surface(rule, record.s);
+    if (turn) record.s = springls__turned_round(record.s);
+    record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
+    springls__record_renew(&ctx->model, n, &record);
+    springls__record_store(&ctx->model, n, record);
+    springls__constellation_added(ctx, 1);
+    springls__copy_other_values(ctx, n, other, j);
 }
 
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -231,7 +246,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
+        if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;

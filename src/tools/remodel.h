@@ -7,10 +7,12 @@
 #include "../runtime/errors.h"
 #include "../runtime/resumable.h"
 #include "../model/bvh.h"
+#include "../model/closest_point.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "../model/host_access.h"
 #include "../model/mesh_distance.h"
+#include "../model/winding_number.h"
 #include "../stages/contract.h"
 #include "../stages/inherit.h"
 #include "../stages/project.h"
@@ -102,7 +104,8 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     const float close = 0.15f;
     int i, m, count = ctx->model.set.count;
     uint8_t *fate;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, (void **)&fate));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
+    fate = springls__contract_action(&ctx->model);
     for (i = 0; i < count; i++) {
         springls__springl *s = &ctx->model.set.s[i];
         springls__v3 moved;

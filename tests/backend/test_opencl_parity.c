@@ -12,7 +12,7 @@ static springls_backend *parity_backend; /* NULL: there is none here */
 
 /* Stands before the backend's own `run` while a test watches it. */
 typedef struct parity_watch {
-    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     int runs[SPRINGLS__KERNEL_COUNT];
     uint64_t changed[SPRINGLS__KERNEL_COUNT]; /* the arrays in which a run has changed a byte */
     char fault[256];                          /* the first one */
@@ -22,7 +22,7 @@ static parity_watch watch;
 
 FIXTURE const char *parity_array_name(int array)
 {
-#define PARITY_NAME(name, type, block, member) #name,
+#define PARITY_NAME(name, type, block, owner, member) #name,
     static const char *const names[] = { SPRINGLS__ARRAYS(PARITY_NAME) "" };
 #undef PARITY_NAME
     return names[array];
@@ -77,13 +77,13 @@ FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) free(copy[array]);
 }
 
-FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count, springls__job job)
+FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count, springls__arguments args)
 {
     springls__model model = ctx->model;
-#define PARITY_BIND(name, type, block, member) model.member = (type *)copy[SPRINGLS__ARRAY_##name];
+#define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)copy[SPRINGLS__ARRAY_##name];
     SPRINGLS__ARRAYS(PARITY_BIND)
 #undef PARITY_BIND
-    springls__kernels[kernel].range(&model, job, 0, count);
+    springls__kernels[kernel].range(&model, args, 0, count);
 }
 
 FIXTURE size_t parity_first_difference(const void *a, const void *b, size_t bytes)
@@ -110,15 +110,15 @@ FIXTURE void parity_compare(const springls_context *ctx, int kernel, void *befor
     }
 }
 
-FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count, springls__job job)
+FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
     void *before[SPRINGLS__ARRAY_COUNT] = { NULL }, *scalar[SPRINGLS__ARRAY_COUNT] = { NULL }, *device[SPRINGLS__ARRAY_COUNT] = { NULL };
     springls_status status = parity_poison(ctx);
     if (status == SPRINGLS_OK) status = parity_download(ctx, before);
     if (status == SPRINGLS_OK) status = parity_download(ctx, scalar);
     if (status == SPRINGLS_OK) {
-        parity_scalar(ctx, scalar, kernel, count, job);
-        status = watch.run(ctx, kernel, count, job);
+        parity_scalar(ctx, scalar, kernel, count, args);
+        status = watch.run(ctx, kernel, count, args);
     }
     if (status == SPRINGLS_OK) status = parity_download(ctx, device);
     if (status == SPRINGLS_OK) parity_compare(ctx, kernel, before, scalar, device);

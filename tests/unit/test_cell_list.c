@@ -93,7 +93,7 @@ TEST neighbors_are_the_nearest(int huge, int most, int same_side)
     near = (found *)malloc((size_t)count * sizeof *near);
     ASSERT_OK(fixture_stage(ctx, springls__neighbors_build));
     for (i = 0; i < count; i++) {
-        const int *row = ctx->model.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+        const int *row = ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
         for (m = 0; m < 3; m++) {
             const int *codes = row + SPRINGLS__MAX_NEIGHBORS * m;
             d3 q = d3_of(all[i].q[m]);
@@ -146,7 +146,7 @@ TEST ties_go_by_number(void)
             fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.25f), springls__v3_make(8.0f, 7.0f, 8.25f), springls__v3_make(7.0f, 8.0f, 8.25f));
         fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f), springls__v3_make(7.0f, 8.0f, 8.0f));
         ASSERT_OK(fixture_stage(ctx, springls__neighbors_build));
-        row = ctx->model.neighbors + 6 * SPRINGLS__NEIGHBOR_ROW;
+        row = ctx->model.cells.neighbors + 6 * SPRINGLS__NEIGHBOR_ROW;
         for (i = 0; i < (most == 1 ? 1 : 6); i++) ASSERT_EQ(i, row[i] / 3);
         ASSERT_EQ(-1, row[most == 1 ? 1 : 6]);
         springls_destroy(ctx);

@@ -1,0 +1,75 @@
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */
+#ifndef SPRINGLS__KERNEL_MODEL_ARGUMENTS_H
+#define SPRINGLS__KERNEL_MODEL_ARGUMENTS_H
+
+typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
+
+/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */
+typedef struct springls__insert_arguments { int count; } springls__insert_arguments;
+
+/* fit_new_springls: the number of the first new springl. */
+typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
+
+/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */
+typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
+
+/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
+typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;
+
+/* omega_constant: omega in the two constant bricks. */
+typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;
+
+/* omega_forget. all: 1 forgets the omega of every brick. */
+typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;
+
+/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */
+typedef struct springls__color_arguments { int color; } springls__color_arguments;
+
+/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
+typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
+
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */
+typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
+
+/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
+typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;
+
+/* grow: width of the blocks, 4, 2 or 1. */
+typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
+
+/* surface: triangles in all. */
+typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
+
+/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value; } springls__chunk_arguments;
+
+/* bricks_begin. keep: 1 flags the bricks that are active. */
+typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
+
+/* bricks_add: chunks of the top table, and how many slots are free. */
+typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;
+
+/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
+typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;
+
+typedef union springls__arguments {
+    springls__contract_arguments contract;
+    springls__insert_arguments insert;
+    springls__fit_arguments fit;
+    springls__edge_arguments edge;
+    springls__exposure_arguments exposure;
+    springls__omega_constant_arguments omega_constant;
+    springls__omega_forget_arguments omega_forget;
+    springls__color_arguments commit_simple;
+    springls__project_arguments project;
+    springls__resolve_arguments resolve;
+    springls__grow_line_arguments grow_line;
+    springls__grow_arguments grow;
+    springls__surface_arguments surface;
+    springls__chunk_arguments chunk;
+    springls__brick_flag_arguments brick_flag;
+    springls__brick_add_arguments brick_add;
+    springls__brick_list_arguments brick_list;
+} springls__arguments;
+
+#endif

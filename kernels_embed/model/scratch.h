@@ -1,0 +1,84 @@
+/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a
+   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+#ifndef SPRINGLS__KERNEL_MODEL_SCRATCH_H
+#define SPRINGLS__KERNEL_MODEL_SCRATCH_H
+
+/* Lists the roles that kernels use. */
+#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
+    /* what several stages build on the way */                                                                                   \
+    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
+    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
+    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
+    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
+    /* advect */                                                                                                                 \
+    X(displacement, struct springls__movers, 0) /* of particle and vertices                                                   */ \
+    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
+    X(is_moving, uint8_t, 2)                                                                                                     \
+    /* relax */                                                                                                                  \
+    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
+    /* contract, compaction, inheritance of attributes */                                                                        \
+    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \
+    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \
+    /* resample */                                                                                                               \
+    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \
+    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \
+    /* keep_edges */                                                                                                             \
+    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \
+    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \
+    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \
+    /* fill_gaps: from springls */                                                                                               \
+    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \
+    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \
+    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \
+    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \
+    /* fill_gaps: from the zero level */                                                                                         \
+    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \
+    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \
+    /* omega */                                                                                                                  \
+    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
+    /* project */                                                                                                                \
+    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \
+    /* rebuild */                                                                                                                \
+    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
+    /* unsigned_to_signed */                                                                                                     \
+    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \
+    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
+    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
+    /* the isosurface */                                                                                                         \
+    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \
+    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \
+    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \
+    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \
+    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \
+    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \
+    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \
+    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \
+    X(vertex_correspondence, springls__v3, 2)                                                                                    \
+    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */
+
+/* Lists the roles that only host code uses. */
+#define SPRINGLS__HOST_ROLES(X)                                                                                                  \
+    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
+    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
+    X(block_motions, struct springls__block_motion, 1)                                                                           \
+    /* rebuild, moving the band */                                                                                               \
+    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
+    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
+    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
+    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
+    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \
+    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
+    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
+    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
+    /* volume_lock */                                                                                                            \
+    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
+    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
+    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
+    /* output */                                                                                                                 \
+    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \
+    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
+
+#endif

@@ -1,0 +1,289 @@
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
+#ifndef SPRINGLS__SOLVER_ALGORITHM_TABLES_H
+#define SPRINGLS__SOLVER_ALGORITHM_TABLES_H
+
+#include "../runtime/errors.h"
+#include "../model/constellation.h"
+#include "../stages/advect.h"
+#include "../stages/contract.h"
+#include "../stages/evolve.h"
+#include "../stages/fill_gaps.h"
+#include "../stages/keep_edges.h"
+#include "../stages/project.h"
+#include "../stages/rebuild.h"
+#include "../stages/relax.h"
+#include "../stages/resample.h"
+#include "../stages/unsigned_to_signed.h"
+#include "../stages/volume_lock.h"
+
+/* ---- conditions of entries ---- */
+
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
+{
+    return iteration % ctx->model.params.resample_period == 0;
+}
+
+/* Returns true when volumes are to be locked that have not been measured yet. */
+SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
+{
+    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+}
+
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+
+/* Returns true when contract will use phi as it was before the springls moved. */
+SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
+{
+    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
+}
+
+SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
+
+SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
+{
+    return ctx->step.resamples && !ctx->model.params.resample_last;
+}
+
+SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
+{
+    return ctx->step.resamples && ctx->model.params.resample_last;
+}
+
+SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+
+SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
+
+SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+{
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+}
+
+SPRINGLS__FN bool springls__carries(const springls_context *ctx)
+{
+    return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls;
+}
+
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
+
+/* Returns true when phi is to be projected after eq. 23. Carrying phi along projects it too, unless eq. 23 follows. */
+SPRINGLS__FN bool springls__projects(const springls_context *ctx)
+{
+    return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
+}
+
+/* ---- between stages ---- */
+
+enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
+
+/* Returns in *dt the length of the next sub-step: the time that is left, cut into parts as equal as the force permits. Fails
+   when the step needs too many sub-steps, or one so short that the time does not change. */
+SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, float *dt)
+{
+    springls__stepping *step = &ctx->step;
+    *dt = step->longest_substep;
+    if (step->time_left <= 0.0f) return SPRINGLS_OK;
+    *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
+    if (ctx->time + (double)*dt == ctx->time)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+    if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                              SPRINGLS__MAX_SUBSTEPS);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    float dt;
+    SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
+    if (!ctx->model.params.volume_lock) {
+        ctx->locked_count = 0;
+        ctx->stats.volume_correction = 0.0f;
+    }
+    SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
+    ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.stop_at_topology = step->desc.stop_at_topology;
+    return SPRINGLS_OK;
+}
+
+/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
+SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
+{
+    ctx->time += (double)ctx->motion.dt;
+    ctx->iteration++;
+    ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
+    return SPRINGLS_OK;
+}
+
+/* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in. */
+SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
+{
+    float displacement;
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = ctx->model.params.carry_level_set && displacement > ctx->model.grid.far_value;
+    return SPRINGLS_OK;
+}
+
+/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
+   closes the gaps between them. */
+SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+{
+    const int enough = 3;
+    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
+        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
+{
+    ctx->step.iterations_left--;
+    return SPRINGLS_OK;
+}
+
+/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->time_left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
+        step->next = step->algorithm;
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end_time;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* Decides whether the step is cut into sub-steps, and how long the first one may be. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->time_left = 0.0f;
+    step->longest_substep = desc->dt;
+    step->next = step->algorithm;
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MAX_SUBSTEPS);
+    step->time_left = desc->dt;
+    step->end_time = ctx->time + (double)desc->dt;
+    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
+
+/* ---- the tables ---- */
+
+/* Entries: DO has no clock, STAGE has that of its stage; _IF: only where the condition is true. */
+#define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
+#define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
+#define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
+#define SPRINGLS__STAGE_IF(when, name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, when, run }
+#define SPRINGLS__REPEAT_WHILE(when) { SPRINGLS__ENTRY_REPEAT_WHILE, -1, when, NULL }
+#define SPRINGLS__END_REPEAT { SPRINGLS__ENTRY_END_REPEAT, -1, NULL, NULL }
+
+#define SPRINGLS__BEGIN_SUBSTEP                                                              \
+    SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+#define SPRINGLS__MOVE                                                                       \
+    SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
+    SPRINGLS__DO(springls__substep_advanced)
+/* Makes the level set follow the springls. */
+#define SPRINGLS__FOLLOW                                                                     \
+    SPRINGLS__DO(springls__follow_begin),                                                    \
+    SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
+    SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
+    SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
+        SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \
+        SPRINGLS__STAGE(REBUILD, springls__rebuild),                                         \
+        SPRINGLS__DO(springls__iteration_done),                                              \
+    SPRINGLS__END_REPEAT,                                                                    \
+    SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
+#define SPRINGLS__END_SUBSTEP                                                                \
+    SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__DO(springls__substep_end)
+
+static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
+
+static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
+    SPRINGLS__BEGIN_SUBSTEP,
+    SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
+    SPRINGLS__MOVE,
+    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
+    SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
+    SPRINGLS__DO(springls__check_displacement),
+    SPRINGLS__STAGE_IF(springls__phi_is_from_springls, UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
+    SPRINGLS__FOLLOW,
+    SPRINGLS__DO_IF(springls__resamples, springls__orient),
+    SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
+    SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__END_SUBSTEP
+};
+
+static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
+    SPRINGLS__BEGIN_SUBSTEP,
+    SPRINGLS__MOVE,
+    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
+    SPRINGLS__FOLLOW,
+    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__END_SUBSTEP
+};
+
+static const springls__step_entry springls__advect_only[] = {
+    SPRINGLS__BEGIN_SUBSTEP,
+    SPRINGLS__MOVE,
+    SPRINGLS__DO(springls__substep_end)
+};
+
+#undef SPRINGLS__DO
+#undef SPRINGLS__DO_IF
+#undef SPRINGLS__STAGE
+#undef SPRINGLS__STAGE_IF
+#undef SPRINGLS__REPEAT_WHILE
+#undef SPRINGLS__END_REPEAT
+#undef SPRINGLS__BEGIN_SUBSTEP
+#undef SPRINGLS__MOVE
+#undef SPRINGLS__FOLLOW
+#undef SPRINGLS__END_SUBSTEP
+
+SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
+{
+    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+}
+
+/* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
+SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
+{
+    for (;; entry++) {
+        if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
+            while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
+        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !entry->when(ctx))
+            while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
+        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
+    }
+}
+
+#endif
