@@ -2431,18 +2431,22 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
@@ -2505,18 +2509,22 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
@@ -16619,18 +16627,22 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
@@ -16654,7 +16666,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2470 \"springls.h\"\n",
+    "#line 2474 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16669,7 +16681,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2485 \"springls.h\"\n",
+    "#line 2489 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -16693,18 +16705,22 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
@@ -16728,7 +16744,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2545 \"springls.h\"\n",
+    "#line 2553 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17022,7 +17038,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2840 \"springls.h\"\n",
+    "#line 2848 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -17390,7 +17406,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3217 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17399,7 +17415,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3218 \"springls.h\"\n",
+    "#line 3226 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17414,7 +17430,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3234 \"springls.h\"\n",
+    "#line 3242 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17426,7 +17442,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3246 \"springls.h\"\n",
+    "#line 3254 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17441,7 +17457,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3269 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17453,7 +17469,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3273 \"springls.h\"\n",
+    "#line 3281 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17650,7 +17666,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3825 \"springls.h\"\n",
+    "#line 3833 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -17822,7 +17838,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3998 \"springls.h\"\n",
+    "#line 4006 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17902,7 +17918,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4079 \"springls.h\"\n",
+    "#line 4087 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -18071,7 +18087,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4249 \"springls.h\"\n",
+    "#line 4257 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -18144,7 +18160,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4323 \"springls.h\"\n",
+    "#line 4331 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18170,7 +18186,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4350 \"springls.h\"\n",
+    "#line 4358 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -18239,7 +18255,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4420 \"springls.h\"\n",
+    "#line 4428 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -18361,7 +18377,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4543 \"springls.h\"\n",
+    "#line 4551 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18414,7 +18430,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4597 \"springls.h\"\n",
+    "#line 4605 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -18430,7 +18446,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4613 \"springls.h\"\n",
+    "#line 4621 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18445,7 +18461,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4629 \"springls.h\"\n",
+    "#line 4637 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18456,7 +18472,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4640 \"springls.h\"\n",
+    "#line 4648 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18471,7 +18487,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4655 \"springls.h\"\n",
+    "#line 4663 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18482,7 +18498,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4666 \"springls.h\"\n",
+    "#line 4674 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -18581,7 +18597,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4766 \"springls.h\"\n",
+    "#line 4774 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18991,7 +19007,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5177 \"springls.h\"\n",
+    "#line 5185 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -19089,7 +19105,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5276 \"springls.h\"\n",
+    "#line 5284 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -19218,7 +19234,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5406 \"springls.h\"\n",
+    "#line 5414 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19405,7 +19421,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5594 \"springls.h\"\n",
+    "#line 5602 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -19503,7 +19519,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5693 \"springls.h\"\n",
+    "#line 5701 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19868,7 +19884,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6059 \"springls.h\"\n",
+    "#line 6067 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -20017,7 +20033,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6209 \"springls.h\"\n",
+    "#line 6217 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20045,7 +20061,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6237 \"springls.h\"\n",
+    "#line 6245 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20060,7 +20076,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6253 \"springls.h\"\n",
+    "#line 6261 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20228,7 +20244,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6421 \"springls.h\"\n",
+    "#line 6429 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20243,7 +20259,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6444 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20411,7 +20427,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6604 \"springls.h\"\n",
+    "#line 6612 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -20447,7 +20463,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6641 \"springls.h\"\n",
+    "#line 6649 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -20553,7 +20569,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6748 \"springls.h\"\n",
+    "#line 6756 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -20648,7 +20664,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6844 \"springls.h\"\n",
+    "#line 6852 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
@@ -20722,7 +20738,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6919 \"springls.h\"\n",
+    "#line 6927 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -20953,7 +20969,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7151 \"springls.h\"\n",
+    "#line 7159 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -21208,7 +21224,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7407 \"springls.h\"\n",
+    "#line 7415 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -21286,7 +21302,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21290 \"springls.h\"\n",
+    "#line 21306 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items\n",
     "   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans\n",
     "   over chunks, and numbers are sorted within each list. */\n",

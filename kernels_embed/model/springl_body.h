@@ -21,18 +21,22 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
