@@ -65,7 +65,7 @@
      >>contract             src/stages/contract.h
      >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
-     >>attribute_rows       src/model/attribute_rows.h
+     >>attribute_values     src/model/attribute_values.h
      >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
@@ -1705,7 +1705,7 @@ typedef union springls__arguments {
   }
 #endif
 
-/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */
 SPRINGLS__MATHS float springls__floor(float x)
 {
     float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;
@@ -1717,7 +1717,7 @@ SPRINGLS__MATHS float springls__floor(float x)
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
-/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
@@ -1730,8 +1730,8 @@ SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
 
 
 /* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -1788,7 +1788,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -1814,8 +1814,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -1887,7 +1887,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
@@ -1897,9 +1897,9 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
 }
 
 /* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
-/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
-   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
-   the same order: the bits are the same for every width. */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the
+   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a
+   single number in the same order, so every width gives the same bits. */
 
 #if defined(__OPENCL_VERSION__)
 
@@ -1968,7 +1968,12 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
 #define springls__vec_not(where) (~(where))
 
-SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
+{
+    return *(const springls__vec_anywhere *)(const void *)from;
+}
+
+
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -1982,7 +1987,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, sp
     return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
 }
 
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+/* Returns a < b ? a : b, the second where they are equal or not ordered. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
 {
 #if defined(SPRINGLS__SIMD)
@@ -2046,7 +2051,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 
 /* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2102,7 +2107,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -2128,8 +2133,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -2185,9 +2190,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
+/* A table for springls__vec_from. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-/* Returns first, first + 1, ...: places along a row of eight. */
+/* Returns first, first + 1, ..., for the places along a row of eight. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
 
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
@@ -2203,8 +2209,8 @@ typedef struct springls__tri_plan {
 } springls__tri_plan;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2236,7 +2242,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2244,8 +2250,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2264,7 +2270,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2295,7 +2301,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2303,8 +2309,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2323,7 +2329,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
-/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
+/* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
@@ -2394,8 +2400,8 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     return plan;
 }
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2410,7 +2416,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
 /* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2420,7 +2426,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2433,22 +2439,26 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
@@ -2470,7 +2480,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2484,7 +2494,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/model/springl_body.h -------- */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2494,7 +2504,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2507,22 +2517,26 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
@@ -2973,6 +2987,12 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
+/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+SPRINGLS__MATHS int springls__tile_step(int d)
+{
+    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
@@ -3015,20 +3035,21 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
     return v;
 }
 
-/* Return the smallest and the largest of the six neighbours. */
+/* Returns the smallest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
+/* Returns the largest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
 }
 
-/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
     springls__vmask inside = c < 0.0f;
@@ -3225,8 +3246,8 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3248,13 +3269,14 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3275,7 +3297,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
@@ -3368,7 +3391,8 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
+        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
@@ -3536,7 +3560,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
+/* What springls carry besides themselves (attribute_values.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -3544,8 +3568,8 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
-   log it: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
+   not log it: springls__fall_back_to_host does. */
 struct springls_backend {
     /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -3618,7 +3642,11 @@ typedef struct springls__motion {
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
-typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+typedef enum springls__entry_kind {
+    SPRINGLS__ENTRY_RUN,
+    SPRINGLS__ENTRY_REPEAT_WHILE,
+    SPRINGLS__ENTRY_END_REPEAT
+} springls__entry_kind;
 
 /* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {
@@ -3778,7 +3806,8 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member)                                                     \
+    ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
@@ -3794,10 +3823,12 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
 
 /* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
    a kernel next uses it (springls__to_device). */
-SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
+SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element,
+                                                  size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
+    size_t kept = buffer->host_stale ? 0 : keep * element;
+    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, kept);
     springls__bind(ctx);
     return status;
 }
@@ -4030,7 +4061,8 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
 SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
                                              float radius2, float d2[8], float edge[8])
 {
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
+    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     int e, m;
     for (m = 0; m < 3; m += SPRINGLS__LANES) {
         springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
@@ -4047,7 +4079,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
+   last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
@@ -4071,14 +4104,15 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
         within = radius + o->bounding_radius;
-        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + (int)edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
+                                                     room, d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -4266,7 +4300,7 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
 
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
 SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
 {
@@ -4300,7 +4334,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, spring
     return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
 }
 
-/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
 SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
                                           float step, SPRINGLS__GLOBAL float *out)
 {
@@ -4308,8 +4342,10 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec c = springls__vec_load(phi + i);
         springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside))
-            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
         springls__vec_store(out + i, c);
     }
 }
@@ -4332,7 +4368,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         springls__evolve_row(phi + at, omega + at, width, step, out);
         for (x = 0; x < 8 && lambda != 0.0f; x++) {
             if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
             out[x] += step * lambda * springls__curvature_motion(block);
         }
     }
@@ -4618,22 +4654,21 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
-/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
+/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
-/* Cosine of the angle from which on two normals are those of different sheets. */
+/* Two normals are of the same sheet where the cosine of the angle between them is larger. */
 #define SPRINGLS__SAME_SHEET 0.4f
 
-/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. edge: 1 at a crease. */
+/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
 typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -4660,7 +4695,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -4689,7 +4724,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 /* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
-SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,
+                                                               springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
@@ -4705,10 +4741,11 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
 /* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
-/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
-   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
-   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less certain is the bend of the surface in between. */
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -4743,12 +4780,13 @@ SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
+/* Returns where phi bears that mark. */
 SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
     return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* Returns the old value where the side is unknown, else phi. */
+/* Returns phi without the mark of an unknown side. */
 SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
     springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
@@ -5885,7 +5923,7 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the
+/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
    first. */
 SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
@@ -5937,10 +5975,10 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
     }
 }
 
-/* Does a place in a brick's own voxels come near one of them, along one axis? */
+/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* The first and the last of them that it comes near. */
+/* Return the first and the last voxel of the brick that it comes near. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
@@ -5968,7 +6006,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
     }
 }
 
-/* The nearest springl of every voxel, then the sums over those that face the same way. */
+/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
                                                const int origin[3], SPRINGLS__LOCAL float *sums)
 {
@@ -5999,7 +6037,7 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
 SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
                                                springls__v3 x, float *phi)
 {
@@ -6024,7 +6062,7 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
                                              springls__v3 normal)
 {
@@ -6041,9 +6079,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
-   thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
+   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
+   break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -6098,7 +6136,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         }
 }
 
-/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
 SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
                                                 SPRINGLS__GLOBAL float *out)
 {
@@ -6174,8 +6212,8 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
 /* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin
+   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
 SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
     springls__vec flat = springls__vec_fabs(0.5f * (p - m));
@@ -6184,8 +6222,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__ve
     return slope * slope;
 }
 
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
+/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from
+   10 % on in full: so repeated rebuilding does not move what is a distance already. */
 SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
 {
     springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
@@ -6195,7 +6233,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
    neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
@@ -6205,7 +6243,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL
     springls__vec c = springls__vec_load(phi), lo = c, hi = c;
     int i;
     for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        springls__vec v = springls__vec_load(phi + springls__tile_step(i));
         lo = springls__vec_min(lo, v);
         hi = springls__vec_max(hi, v);
     }
@@ -6248,7 +6286,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__v
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -6274,7 +6313,7 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
     }
 }
 
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */
 SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
@@ -6287,7 +6326,7 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
         springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */
 SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
@@ -6351,8 +6390,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -6450,8 +6489,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -6467,7 +6507,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -6486,7 +6526,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -6536,7 +6576,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -6633,8 +6673,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -6650,7 +6691,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -6669,7 +6710,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -6727,7 +6768,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Does so for springls begin, ..., end - 1, several at once. */
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
 SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);
@@ -6962,7 +7003,7 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
 }
 
 /* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 
 /* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this
    center and radius, comes closer than row[i]. */
@@ -6981,7 +7022,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
@@ -7181,8 +7222,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
 }
 
 /* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
-   fast that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the
-   near one. */
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
 SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
     springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
@@ -7190,8 +7230,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan,
     return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
                                         int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
@@ -7199,13 +7239,14 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
         springls__vmask counts;
         at.x = (float)x + springls__vec_from(i);
         d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
         counts = (nearest < capture) & (d2 < within * within);
         if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
     }
 }
 
@@ -7614,7 +7655,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
-/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
+/* kernel_table.h - makes of each line of the table in kernels_embed/device/kernels.h a number, a record and a loop. */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -7770,7 +7811,8 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array))
+            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
@@ -7829,7 +7871,8 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
-SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
+SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel,
+                                                   const springls__arguments *args)
 {
     springls__kernel_run run;
     memset(&run, 0, sizeof run);
@@ -7848,7 +7891,8 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
 }
 
 /* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
-SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                          const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
     if (springls__run_on_device(ctx, kernel, count, args) == SPRINGLS_OK) return true;
@@ -7963,7 +8007,8 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project",
+                                                             "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -8311,7 +8356,7 @@ SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 }
 
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
-/* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move. */
 
 /* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
@@ -8319,7 +8364,7 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
-/* Springls have been put behind the others by springls__springl_add. */
+/* Counts springls that springls__springl_add has put behind the others. */
 SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added)
 {
     ctx->model.set.count += added;
@@ -8331,7 +8376,8 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
+    /* the last of the arrays that grow */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3));
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -8356,22 +8402,22 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
+/* Notes that the level set agrees with the springls as they are now: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* The longest way of any particle since then, voxels. In SCRATCH7. */
-SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
+/* Returns the largest displacement of a particle since then, in voxels. */
+SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
+    *displacement = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 
-/* To be called after anything that moves springls. */
+/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
@@ -8379,7 +8425,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
     ctx->springl_surface_fresh = false;
 }
 
-/* To be called after anything that adds, removes or replaces springls. */
+/* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
 SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
@@ -8481,11 +8527,15 @@ SPRINGLS__FN size_t springls__table_size(size_t entries)
 }
 
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
-/* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+/* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
 
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
+/* Makes phi_next the new phi. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+}
 
+/* Sets all voxels of a slot. */
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 {
     float *brick = field + (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -8493,7 +8543,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of omega. */
+/* Sets the constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
     springls__arguments args;
@@ -8508,7 +8558,7 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
-/* The constant bricks of a grid, far outside and far inside. */
+/* Sets the constant bricks of a grid's phi, far outside and far inside. */
 SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
     g->far_value = ctx->model.params.band_half_width + 1.0f;
@@ -8516,7 +8566,7 @@ SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* ... and what the model's grid has besides. */
+/* Sets all fields of the constant bricks of the model's grid. */
 SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8530,7 +8580,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     }
 }
 
-/* Everything of a grid outside: keeps memory. */
+/* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -8540,7 +8590,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     springls__grid_constants(ctx, g);
 }
 
-/* The model and its reference are empty. */
+/* Makes all of the model's grid and of its reference outside. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__discard_device_copies(ctx);
@@ -8550,6 +8600,7 @@ SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
     ctx->reference_stamp = 0;
 }
 
+/* Makes the model's grid and its reference, all outside, of the size in the description. */
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8576,8 +8627,8 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
     g->slot_count += n - reused;
 }
 
-/* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
-   it had, and keeps `active` ordered by brick. */
+/* Gives every brick of a list a slot, filled with the constant that the brick had; keeps `active` ordered by brick. The list may
+   have any order, repetitions, and bricks that are active already; it is sorted. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8617,7 +8668,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
     g->active_count = n;
 }
 
-/* phi_ref = phi: the same slots. */
+/* Copies phi to phi_ref, in the same slots. */
 SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -9238,11 +9289,11 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 }
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
-   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
-   so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend within
+   a cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
 
-/* Every particle's cell, its brick being made active if need be. */
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -9262,13 +9313,30 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    const springls__springl *s = ctx->model.set.s;
+    const springls__grid *g = &ctx->model.grid;
     size_t n = (size_t)ctx->model.set.count;
-    uint32_t running = 0;
+    uint32_t before = 0;
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
@@ -9280,24 +9348,14 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
-    for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        springls__count_in_cell(&ctx->model, i);
-    }
-    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
 
-/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -9324,30 +9382,31 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
-/* ======== >>attribute_rows  (src/model/attribute_rows.h) ======================================================= */
-/* attribute_rows.h - storage of attributes: each springl has a row of `channels` floats in each of them. */
+/* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
+/* attribute_values.h - storage of attributes: `channels` floats for each springl, in the order of springls. */
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
     return policy == SPRINGLS_POLICY_COPY || policy == SPRINGLS_POLICY_BLEND || policy == SPRINGLS_POLICY_SHARE;
 }
 
-SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
+/* Returns the values of springl i. */
+SPRINGLS__FN float *springls__values_of(const springls__attribute *attribute, int i)
 {
     return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
 }
 
-SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
+SPRINGLS__FN void springls__values_copy(const springls__attribute *attribute, int to, int from)
 {
     size_t bytes = (size_t)attribute->channels * sizeof(float);
-    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
+    if (to != from) memcpy(springls__values_of(attribute, to), springls__values_of(attribute, from), bytes);
 }
 
-/* Makes room for `rows` rows; keeps the first `keep`. */
-SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
+/* Makes room for the values of `count` springls; keeps those of the first `keep`. */
+SPRINGLS__FN springls_status springls__values_reserve(springls_context *ctx, springls__attribute *attribute, int count, int keep)
 {
-    size_t row = (size_t)attribute->channels * sizeof(float);
-    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
+    size_t bytes = (size_t)attribute->channels * sizeof(float);
+    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(count, 1), bytes, (size_t)keep * bytes);
 }
 
 /* Makes room for count elements in working memory `which`. */
@@ -9712,14 +9771,14 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
 
 /* ---- values ---- */
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+SPRINGLS__FN void springls__interpolate_blended(const springls__attribute *attribute,
                                              const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < sources->count; i++)
         for (c = 0; c < attribute->channels; c++)
-            out[c] += sources->weight[i] * springls__attribute_row(attribute, sources->index[i])[c];
+            out[c] += sources->weight[i] * springls__values_of(attribute, sources->index[i])[c];
 }
 
 /* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
@@ -9728,8 +9787,8 @@ SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribu
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (sources->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__interpolate_rows(attribute, sources, out);
-    else memcpy(out, springls__attribute_row(attribute, sources->index[0]), bytes);
+    else if (blend) springls__interpolate_blended(attribute, sources, out);
+    else memcpy(out, springls__values_of(attribute, sources->index[0]), bytes);
 }
 
 /* ======== >>springl_surface  (src/model/springl_surface.h) ===================================================== */
@@ -9751,10 +9810,10 @@ SPRINGLS__FN springls_status springls__springl_surface_refresh(springls_context 
 }
 
 /* ======== >>inherit  (src/stages/inherit.h) ==================================================================== */
-/* inherit.h - attributes follow springls that split, are filled in, merge or are removed (section 4.7). Springls do not depend
-   on them: at the end of a stage that has added or removed some, the values follow, on the host. Rows are found by `parent`, by
-   contract_action, and by the springls around, among which BLEND interpolates in material space: as a function of the
-   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7).
+   Springls change as they would without attributes; at the end of a stage that has added or removed some, their values follow, on
+   the host. A new springl is known by its `parent`, a removed one by its contract_action; BLEND interpolates among the springls
+   around (interpolation.h). All that can fail is done before anything changes. */
 
 /* ---- split ---- */
 
@@ -9765,12 +9824,13 @@ SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, spring
     return channels;
 }
 
+/* Makes room for the values of `splits` more springls, and keeps the correspondences that BLEND will need. */
 SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
 {
     size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
     if (!blended) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
@@ -9780,8 +9840,8 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     return SPRINGLS_OK;
 }
 
-/* Returns the springl of an id, among the first `count`: ids ascend. */
-SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+/* Returns which of the first `count` springls has an id: ids ascend. */
+SPRINGLS__FN int springls__springl_of_id(const springls_context *ctx, uint32_t id, int count)
 {
     int low = 0, high = count;
     while (high - low > 1) {
@@ -9792,21 +9852,21 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
     return low;
 }
 
-/* What the tasks for new springls are given; new springl number i is springl search.known + i. */
+/* Values for new springls; the search has those that were there before. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
     springls__interpolation_search search;
-    int blended; /* channels */
-    float *values;
+    int blended;   /* channels of all attributes that are blended                                               */
+    float *values; /* of both halves of each split springl                                                     */
 } springls__inherit_job;
 
-/* Returns the springl that a child was split from, which is its other half now. */
+/* Returns the springl that a new one was split from: now its other half. */
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
-    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+    return springls__springl_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
 }
 
-/* Finds the blended values of both halves, from those that the springls had before. */
+/* Computes the blended values of both halves, from the values before the split. */
 SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -9826,8 +9886,8 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
         }
 }
 
-/* Fills the rows of both halves. */
-SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+/* Gives both halves their values. */
+SPRINGLS__FN void springls__split_values_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
     const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
@@ -9836,7 +9896,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
         int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
+            float *first = springls__values_of(attribute, other), *second = springls__values_of(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
                 if (attribute->split == SPRINGLS_POLICY_BLEND) first[c] = in[at + c];
                 if (attribute->split == SPRINGLS_POLICY_SHARE) first[c] *= 0.5f;
@@ -9847,6 +9907,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
     }
 }
 
+/* Gives springls known, known + 1, ... their values, and their other halves theirs. */
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
@@ -9862,12 +9923,12 @@ SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int kn
     job.blended = springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
     if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
-    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_values_task, &job);
 }
 
 /* ---- fill ---- */
 
-SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__fill_values_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
     int i;
@@ -9876,9 +9937,9 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
         springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *row = springls__attribute_row(attribute, child);
-            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__interpolate_value(attribute, &sources, attribute->fill == SPRINGLS_POLICY_BLEND, row);
+            float *values = springls__values_of(attribute, child);
+            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(values, 0, (size_t)attribute->channels * sizeof *values);
+            else springls__interpolate_value(attribute, &sources, attribute->fill == SPRINGLS_POLICY_BLEND, values);
         }
     }
 }
@@ -9888,7 +9949,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     springls__inherit_job job;
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
@@ -9896,10 +9957,11 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = known;
-    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_values_task, &job);
     return SPRINGLS_OK;
 }
 
+/* Gives springls known, known + 1, ... their values. On failure removes these springls again. */
 SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
 {
     springls_status status;
@@ -9914,8 +9976,7 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 
 /* ---- merge ---- */
 
-/* The springl that a removed one merges with: the nearest of its side that stays, -1: none; its distance, and the area of the
-   removed one. */
+/* Of a removed springl: the nearest springl of its side that stays, -1 when there is none, and its distance. Of any: its area. */
 typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
 SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *action, int i)
@@ -9961,7 +10022,7 @@ SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
     return false;
 }
 
-/* Finds the merge targets of the springls that contract_action removes. */
+/* Finds where the values of springls go that will be removed (contract_action). */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
     springls__merge_targets_job job;
@@ -9979,18 +10040,18 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     return SPRINGLS_OK;
 }
 
-/* Adds row from_row to row to_row of an attribute; for a mean, with weight `share` of the former. */
-SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int to_row, int from_row, float share)
+/* Adds the values of springl `gone` to those of `target` (SHARE), or mixes them in with a weight of `share` (BLEND). */
+SPRINGLS__FN void springls__merge_values(const springls__attribute *attribute, int target, int gone, float share)
 {
-    float *to = springls__attribute_row(attribute, to_row), *from = springls__attribute_row(attribute, from_row);
+    float *to = springls__values_of(attribute, target), *from = springls__values_of(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++)
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* Merges the rows of removed springls into those of their targets: a mean by area where one was too close to the other, sums
-   always. */
-SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weigh
+   their values; one removed for another reason passes only sums (SHARE) on. */
+SPRINGLS__FN void springls__merge_all_values(springls_context *ctx, int count)
 {
     springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
@@ -10000,21 +10061,22 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
         if (!target) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
-                springls__merge_row(&ctx->attributes[k], targets[i].index, i,
-                                    merged ? targets[i].area / (targets[i].area + target->area) : 0.0f);
+                springls__merge_values(&ctx->attributes[k], targets[i].index, i,
+                                       merged ? targets[i].area / (targets[i].area + target->area) : 0.0f);
         if (merged) target->area += targets[i].area;
     }
 }
 
+/* Passes values on, and closes the gaps of those that have been removed among `count` springls. */
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
     const uint8_t *action = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
-    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    if (springls__attributes_merge(ctx)) springls__merge_all_values(ctx, count);
     for (k = 0; k < ctx->attribute_count; k++)
         for (i = n = 0; i < count; i++)
-            if (action[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+            if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
@@ -11417,7 +11479,7 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
-/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 
 /* ---- conditions of entries ---- */
 
@@ -11487,7 +11549,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     if (step->time_left <= 0.0f) return SPRINGLS_OK;
     *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
     if (ctx->time + (double)*dt == ctx->time)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                              (double)*dt);
     if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -11547,7 +11610,7 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
@@ -11674,7 +11737,8 @@ static const springls__step_entry springls__advect_only[] = {
 
 SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
 {
-    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+    if (mode == SPRINGLS_MODE_FLUID) return springls__fluid;
+    return mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
 }
 
 /* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
@@ -12188,8 +12252,8 @@ SPRINGLS_API bool springls_fp_contract_detected(void)
 }
 
 /* ======== >>shapes  (src/input/shapes.h) ======================================================================= */
-/* shapes.h - ready-made implicit functions for springls_set_implicit: exact signed distances, negative inside.
-   The one exception is the inside of merged spheres near a point that three of them share: there it is a lower bound. */
+/* shapes.h - computes the signed distances of simple shapes, for springls_set_implicit. They are exact, except inside of merged
+   spheres near a point that three of them share: there the value is a lower bound. */
 
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
@@ -12214,7 +12278,7 @@ SPRINGLS_API void springls_implicit_box(void *box, const float *points, int coun
     }
 }
 
-/* The axis need not be a unit vector; a zero axis is z. */
+/* Accepts an axis of any length; a zero axis is z. */
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out)
 {
     const springls_torus *t = (const springls_torus *)torus;
@@ -12229,7 +12293,7 @@ SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int 
     }
 }
 
-/* Is x deeper than eps inside a sphere other than i and j? */
+/* Returns 1 when x is deeper than eps inside a sphere other than i and j. */
 SPRINGLS__FN int springls__in_other_sphere(const springls_metasphere *m, springls__v3 x, int i, int j, float eps)
 {
     int k;
@@ -12239,43 +12303,51 @@ SPRINGLS__FN int springls__in_other_sphere(const springls_metasphere *m, springl
     return 0;
 }
 
-/* Distance from x, inside the union, to its surface: the nearest bare place of a sphere or of a circle where two meet. */
+/* Returns the distance from x to sphere i, or `best` when it is not smaller, x is outside, or the nearest place of the sphere
+   lies inside another one. */
+SPRINGLS__FN float springls__nearer_sphere(const springls_metasphere *m, springls__v3 x, int i, float best)
+{
+    const springls_sphere *s = &m->spheres[i];
+    springls__v3 c = springls__load3(s->center), away = springls__sub(x, c), place;
+    float r = springls__length(away), depth = s->radius - r, eps = 1e-6f * s->radius;
+    if (depth < 0.0f || depth >= best) return best;
+    place = r > 0.0f ? springls__mad(c, away, s->radius / r) : springls__v3_make(c.x + s->radius, c.y, c.z);
+    return springls__in_other_sphere(m, place, i, i, eps) ? best : depth;
+}
+
+/* Returns the distance from x to the circle in which spheres i and j meet, or `best` when it is not smaller, there is no such
+   circle, or its nearest place lies inside another sphere. */
+SPRINGLS__FN float springls__nearer_circle(const springls_metasphere *m, springls__v3 x, int i, int j, float best)
+{
+    springls__v3 ci = springls__load3(m->spheres[i].center), to = springls__sub(x, ci);
+    springls__v3 axis = springls__sub(springls__load3(m->spheres[j].center), ci), place;
+    float ri = m->spheres[i].radius, rj = m->spheres[j].radius, d2 = springls__length2(axis);
+    float d, plane, r2, height, ring, distance; /* plane: of the circle, along the axis from ci; r2: its squared radius */
+    if (!(d2 > 0.0f)) return best;
+    d = springls__sqrt(d2);
+    plane = 0.5f * (d2 + ri * ri - rj * rj) / d;
+    r2 = ri * ri - plane * plane;
+    if (r2 <= 0.0f) return best;
+    axis = springls__scale(axis, 1.0f / d);
+    height = springls__dot(to, axis);
+    to = springls__mad(to, axis, -height); /* from the axis to x */
+    ring = springls__length(to);
+    distance = springls__sqrt((ring - springls__sqrt(r2)) * (ring - springls__sqrt(r2)) + (height - plane) * (height - plane));
+    if (distance >= best) return best;
+    if (!(ring > 0.0f)) return distance;
+    place = springls__mad(springls__mad(ci, axis, plane), to, springls__sqrt(r2) / ring);
+    return springls__in_other_sphere(m, place, i, j, 1e-6f * ri) ? best : distance;
+}
+
+/* Returns the distance from x, inside the union, to its surface: to the nearest place of a sphere, or of a circle in which two
+   meet, that no other sphere covers; `bound` when there is none. */
 SPRINGLS__FN float springls__metasphere_depth(const springls_metasphere *m, springls__v3 x, float bound)
 {
     float best = FLT_MAX;
     int i, j;
-    for (i = 0; i < m->count; i++) {
-        const springls_sphere *s = &m->spheres[i];
-        springls__v3 c = springls__load3(s->center), away = springls__sub(x, c), place;
-        float r = springls__length(away), depth = s->radius - r, eps = 1e-6f * s->radius;
-        if (depth < 0.0f || depth >= best) continue;
-        place = r > 0.0f ? springls__mad(c, away, s->radius / r) : springls__v3_make(c.x + s->radius, c.y, c.z);
-        if (!springls__in_other_sphere(m, place, i, i, eps)) best = depth;
-    }
-    for (i = 0; i < m->count; i++) {
-        springls__v3 ci = springls__load3(m->spheres[i].center);
-        float ri = m->spheres[i].radius;
-        for (j = i + 1; j < m->count; j++) {
-            springls__v3 axis = springls__sub(springls__load3(m->spheres[j].center), ci), to = springls__sub(x, ci), place;
-            float rj = m->spheres[j].radius, d2 = springls__length2(axis), d, at, r2, height, ring, distance;
-            if (!(d2 > 0.0f)) continue;
-            d = springls__sqrt(d2);
-            at = 0.5f * (d2 + ri * ri - rj * rj) / d; /* the circle's plane along the axis from ci */
-            r2 = ri * ri - at * at;
-            if (r2 <= 0.0f) continue;
-            axis = springls__scale(axis, 1.0f / d);
-            height = springls__dot(to, axis);
-            to = springls__mad(to, axis, -height); /* from the axis to x */
-            ring = springls__length(to);
-            distance = springls__sqrt((ring - springls__sqrt(r2)) * (ring - springls__sqrt(r2)) + (height - at) * (height - at));
-            if (distance >= best) continue;
-            if (ring > 0.0f) {
-                place = springls__mad(springls__mad(ci, axis, at), to, springls__sqrt(r2) / ring);
-                if (springls__in_other_sphere(m, place, i, j, 1e-6f * ri)) continue;
-            }
-            best = distance;
-        }
-    }
+    for (i = 0; i < m->count; i++) best = springls__nearer_sphere(m, x, i, best);
+    for (i = 0; i < m->count; i++)
+        for (j = i + 1; j < m->count; j++) best = springls__nearer_circle(m, x, i, j, best);
     return best < FLT_MAX ? best : bound;
 }
 
@@ -12293,38 +12365,39 @@ SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *po
     }
 }
 
-/* The boundary of the notched sphere has three kinds of faces (sphere, two walls, roof), which meet in lines and arcs: the
-   least distance over all of them, each where it is part of the boundary. x is relative to the centre, mirrored into
-   x, z >= 0; half is half the slot's width, roof its upper end. A slot that misses a face, or cuts the sphere in two, has
-   pieces without points, and they drop out by their own conditions. */
+/* Returns the smaller of `best` and the distances to a flat face of the notched sphere and to the arc in which it meets the
+   sphere. The face lies in the plane a = a_face and is the part b <= b_end of a disk of squared radius disk2 > 0 around
+   (b, z) = 0. */
+SPRINGLS__FN float springls__notch_face_distance(float a, float b, float z, float a_face, float b_end, float disk2,
+                                                 float b_center, float best)
+{
+    float height = springls__fabs(a - a_face), d = springls__sqrt(b * b + z * z), r = springls__sqrt(disk2);
+    float b_arc = d > 0.0f ? b * r / d : b_center; /* of the nearest place on the arc */
+    if (b <= b_end && d * d <= disk2) best = springls__min(best, height);
+    if (b_arc <= b_end) best = springls__min(best, springls__sqrt(height * height + (d - r) * (d - r)));
+    return best;
+}
+
+/* Returns the distance to the boundary of the notched sphere, the least over its faces (sphere, wall, roof), the arcs in which
+   two of them meet, and the line between wall and roof. x: relative to the center, mirrored into x, z >= 0; half: half the
+   slot's width; roof: its upper end. A face that the slot misses has no points, and its conditions fail. */
 SPRINGLS__FN float springls__notched_sphere_distance(springls__v3 x, float radius, float half, float roof)
 {
     float r2 = radius * radius, wall2 = r2 - half * half, roof2 = r2 - roof * roof, corner2 = wall2 - roof * roof;
-    float r = springls__length(x), best = FLT_MAX, u, v, d, scale;
-    scale = r > 0.0f ? radius / r : 0.0f; /* sphere; at its centre every direction is as good: take +y */
-    if (r > 0.0f ? x.x * scale >= half || x.y * scale >= roof : radius >= roof) best = springls__fabs(r - radius);
-    if (wall2 > 0.0f) {
-        u = springls__fabs(x.x - half);
-        d = springls__sqrt(x.y * x.y + x.z * x.z);
-        if (x.y <= roof && d * d <= wall2) best = springls__min(best, u); /* wall */
-        v = d > 0.0f ? x.y * springls__sqrt(wall2) / d : -springls__sqrt(wall2); /* arc between wall and sphere */
-        if (v <= roof) best = springls__min(best, springls__sqrt(u * u + (d - springls__sqrt(wall2)) * (d - springls__sqrt(wall2))));
-    }
-    if (roof2 > 0.0f) {
-        u = springls__fabs(x.y - roof);
-        d = springls__sqrt(x.x * x.x + x.z * x.z);
-        if (x.x <= half && d * d <= roof2) best = springls__min(best, u); /* roof */
-        v = d > 0.0f ? x.x * springls__sqrt(roof2) / d : 0.0f; /* arc between roof and sphere */
-        if (v <= half) best = springls__min(best, springls__sqrt(u * u + (d - springls__sqrt(roof2)) * (d - springls__sqrt(roof2))));
-    }
-    if (corner2 >= 0.0f) { /* line between wall and roof, with the corners at its ends */
+    float r = springls__length(x), best = FLT_MAX, scale = r > 0.0f ? radius / r : 0.0f;
+    bool on_sphere = r > 0.0f ? x.x * scale >= half || x.y * scale >= roof : radius >= roof; /* at the center: towards +y */
+    if (on_sphere) best = springls__fabs(r - radius);
+    if (wall2 > 0.0f)
+        best = springls__notch_face_distance(x.x, x.y, x.z, half, roof, wall2, -springls__sqrt(wall2), best);
+    if (roof2 > 0.0f) best = springls__notch_face_distance(x.y, x.x, x.z, roof, half, roof2, 0.0f, best);
+    if (corner2 >= 0.0f) { /* line between wall and roof, with its ends */
         float past = springls__max(x.z - springls__sqrt(corner2), 0.0f);
         best = springls__min(best, springls__sqrt((x.x - half) * (x.x - half) + (x.y - roof) * (x.y - roof) + past * past));
     }
     return best;
 }
 
-/* Zalesak's body: the slot is |x - cx| < width/2, from below the sphere up to cy - radius + depth, through all z. */
+/* Computes Zalesak's sphere: the slot is |x - cx| < width/2, y < cy - radius + depth, for all z. */
 SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const float *points, int count, float *out)
 {
     const springls_notched_sphere *n = (const springls_notched_sphere *)notched_sphere;
@@ -12518,15 +12591,19 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
 }
 
 /* ======== >>set_level_set  (src/input/set_level_set.h) ========================================================= */
-/* set_level_set.h - models from signed distances, level sets, labels and thresholds; the initial springls. */
+/* set_level_set.h - builds models from signed distances, level sets, labels and thresholds, and their initial springls. */
 
-/* Distance to the border of the domain, half a voxel beyond the outermost centres; positive inside. */
+/* Returns the distance from x to the border of the domain, voxels, positive inside. The border is half a voxel beyond the
+   outermost centers. */
 SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__v3 x)
 {
-    float dx = springls__min(x.x + 0.5f, (float)g->size[0] - 0.5f - x.x), dy = springls__min(x.y + 0.5f, (float)g->size[1] - 0.5f - x.y);
-    return springls__min(springls__min(dx, dy), springls__min(x.z + 0.5f, (float)g->size[2] - 0.5f - x.z));
+    float dx = springls__min(x.x + 0.5f, (float)g->size[0] - 0.5f - x.x);
+    float dy = springls__min(x.y + 0.5f, (float)g->size[1] - 0.5f - x.y);
+    float dz = springls__min(x.z + 0.5f, (float)g->size[2] - 0.5f - x.z);
+    return springls__min(springls__min(dx, dy), dz);
 }
 
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -12535,25 +12612,30 @@ SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
-/* ---- a signed distance asked where it is needed ---- */
+/* ---- from a signed distance, evaluated in the narrow band only ---- */
 
+/* Computes the signed distance at `count` points, all in voxels, negative inside. Called from several threads at once. */
 typedef void (*springls__distance_fn)(void *arg, const springls__v3 *points, int count, float *out);
 
 typedef struct springls__distance_job {
     springls_context *ctx;
     springls__distance_fn fn;
     void *arg;
-    float *centers;
-    const int *active; /* the bricks of this part of the work */
+    float *centers;    /* [brick] distance at its center                       */
+    const int *active; /* the slots that this call of springls__parallel fills */
 } springls__distance_job;
 
-SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, const springls__v3 *points, int count, float *out)
+/* Evaluates the distance at the points, cut off at the border of the domain: outside of it nothing is inside. */
+SPRINGLS__FN void springls__evaluate_distances(const springls__distance_job *job, const springls__v3 *points, int count,
+                                               float *out)
 {
     int i;
     job->fn(job->arg, points, count, out);
-    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]); /* NaN stays */
+    for (i = 0; i < count; i++) /* keeps NaN */
+        out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]);
 }
 
+/* Evaluates the distance at the centers of bricks. */
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
@@ -12567,11 +12649,12 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
             points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
             points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
         }
-        springls__ask_distances(job, points, count, job->centers + begin);
+        springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
     }
 }
 
+/* Evaluates the distance at the voxels of bricks, clamped to the band's far value. */
 SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
@@ -12583,97 +12666,146 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
         springls__slot_origin(g, job->active[begin], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
-        springls__ask_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
+        springls__evaluate_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (phi[v] == phi[v]) phi[v] = springls__clamp(phi[v], -g->far_value, g->far_value);
     }
 }
 
-/* The narrow band of a signed distance, in voxels, negative inside; beyond the band a lower bound of its size will do.
-   fn is called concurrently. */
-SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+/* Finds the bricks whose center is so near to the surface that the band may pass through them, and makes them active; all
+   others become inside or outside. */
+SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
 {
     springls__grid *g = &ctx->model.grid;
-    const float reach = ctx->model.params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
-    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, part, *list;
+    const float half_diagonal = 6.1f; /* of a brick, voxels, rounded up */
+    const float near_band = ctx->model.params.band_half_width + 1.0f + half_diagonal;
+    int bricks = (int)springls__brick_count(g), i, n = 0, *list;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    job->centers = springls__brick_centers(&ctx->model);
+    list = springls__brick_list(&ctx->model);
+    springls__parallel(ctx, bricks, 512, springls__center_task, job);
+    for (i = 0; i < bricks; i++) {
+        float d = job->centers[i];
+        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
+        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        if (springls__fabs(d) <= near_band) list[n++] = i;
+    }
+    return springls__grid_add_bricks(ctx, list, n);
+}
+
+/* Evaluates the distance at the voxels of all active bricks, in sixteen parts, and reports progress after each. */
+SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx, springls__distance_job *job)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int part = g->active_count / 16 + 1;
+    int i, n, v;
+    for (i = 0; i < g->active_count; i += part) {
+        n = springls__imin(part, g->active_count - i);
+        job->active = g->active + i;
+        springls__parallel(ctx, n, 2, springls__voxel_task, job);
+        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
+    }
+    for (i = 0; i < g->active_count; i++) {
+        const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (phi[v] != phi[v])
+                return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d",
+                                      g->slot_brick[g->active[i]]);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty grid with the narrow band of a signed distance. Beyond the band a lower bound of its size is enough. On
+   failure (NaN, cancelled, out of memory) the grid is left unfinished. */
+SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+{
     springls__distance_job job;
     job.ctx = ctx;
     job.fn = fn;
     job.arg = arg;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
-    job.centers = springls__brick_centers(&ctx->model);
-    list = springls__brick_list(&ctx->model);
-    springls__parallel(ctx, bricks, 512, springls__center_task, &job);
-    for (i = 0; i < bricks; i++) {
-        float d = job.centers[i];
-        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
-        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        if (springls__fabs(d) <= reach) list[n++] = i;
-    }
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, list, n));
-    part = g->active_count / 16 + 1;
-    for (i = 0; i < g->active_count; i += part) { /* a report after each */
-        n = springls__imin(part, g->active_count - i);
-        job.active = g->active + i;
-        springls__parallel(ctx, n, 2, springls__voxel_task, &job);
-        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
-            return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
-    }
-    for (i = 0; i < g->active_count; i++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v] != g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v])
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d", g->slot_brick[g->active[i]]);
+    SPRINGLS__TRY(springls__bricks_near_surface(ctx, &job));
+    SPRINGLS__TRY(springls__fill_active_bricks(ctx, &job));
     return springls__band_move(ctx);
 }
 
-/* ---- dense voxels ---- */
+/* ---- from dense voxels ---- */
 
+/* Returns the value of a voxel, negative inside; index: x fastest. */
 typedef float (*springls__voxel_fn)(const void *arg, size_t index);
 
-/* Bricks in which the function changes sign, those at the border of the domain that are inside, and all around them: their
-   values are needed for slopes. */
+SPRINGLS__FN size_t springls__voxel_index(const springls__grid *g, int x, int y, int z)
+{
+    return (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z);
+}
+
+/* Counts the voxels of a brick and of the layer of one voxel around it, and those that are inside. Fails when one is not
+   finite. */
+SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                    const int brick[3], int *inside, int *total)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int lo[3], hi[3], x, y, z, d;
+    for (d = 0; d < 3; d++) {
+        lo[d] = springls__imax(8 * brick[d] - 1, 0);
+        hi[d] = springls__imin(8 * brick[d] + 9, g->size[d]);
+    }
+    *inside = *total = 0;
+    for (z = lo[2]; z < hi[2]; z++)
+        for (y = lo[1]; y < hi[1]; y++)
+            for (x = lo[0]; x < hi[0]; x++) {
+                float v = value(arg, springls__voxel_index(g, x, y, z));
+                if (!(springls__fabs(v) <= FLT_MAX))
+                    return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
+                *inside += v < 0.0f;
+                (*total)++;
+            }
+    return SPRINGLS_OK;
+}
+
+/* Marks a brick and those of its 26 neighbors that exist. */
+SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int brick[3], uint8_t *wanted)
+{
+    int d;
+    for (d = 0; d < 27; d++) {
+        int i = brick[0] + d % 3 - 1, j = brick[1] + d / 3 % 3 - 1, k = brick[2] + d / 9 - 1;
+        if (i >= 0 && j >= 0 && k >= 0 && i < bricks[0] && j < bricks[1] && k < bricks[2])
+            wanted[i + bricks[0] * (j + bricks[1] * k)] = 1;
+    }
+}
+
+/* Makes the bricks active that the surface passes through, and all around them, whose values its slopes need. The surface
+   passes where the function changes sign, and where the inside meets the border of the domain. */
 SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
-    int n = 0, brick, *list, x, y, z, d;
+    int n = 0, brick, *list, d;
     uint8_t *wanted;
-    bool at_border;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
     wanted = springls__brick_wanted(&ctx->model);
     list = springls__brick_list(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (brick = 0; brick < bricks; brick++) {
-        int o[3], inside = 0, seen = 0, at[3];
+        int at[3], inside, total;
+        bool at_border = false;
         at[0] = brick % b[0];
         at[1] = brick / b[0] % b[1];
         at[2] = brick / (b[0] * b[1]);
-        for (d = 0; d < 3; d++) o[d] = 8 * at[d];
-        for (z = springls__imax(o[2] - 1, 0); z < springls__imin(o[2] + 9, g->size[2]); z++)
-            for (y = springls__imax(o[1] - 1, 0); y < springls__imin(o[1] + 9, g->size[1]); y++)
-                for (x = springls__imax(o[0] - 1, 0); x < springls__imin(o[0] + 9, g->size[0]); x++) {
-                    float v = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
-                    if (!(springls__fabs(v) <= FLT_MAX))
-                        return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
-                    inside += v < 0.0f;
-                    seen++;
-                }
-        g->top[brick] = inside == seen ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        for (at_border = false, d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
-        if (inside == 0 || (inside == seen && !at_border)) continue;
-        for (d = 0; d < 27; d++) {
-            int i = at[0] + d % 3 - 1, j = at[1] + d / 3 % 3 - 1, k = at[2] + d / 9 - 1;
-            if (i >= 0 && j >= 0 && k >= 0 && i < b[0] && j < b[1] && k < b[2]) wanted[i + b[0] * (j + b[1] * k)] = 1;
-        }
+        SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
+        g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
+        if (inside == 0 || (inside == total && !at_border)) continue;
+        springls__mark_neighborhood(b, at, wanted);
     }
     for (brick = 0; brick < bricks; brick++)
         if (wanted[brick]) list[n++] = brick;
     return springls__grid_add_bricks(ctx, list, n);
 }
 
-/* The mean difference of neighbours on different sides; 1 if there are none. */
+/* Returns the mean difference of values between neighbor voxels on different sides; 1 when there are none. */
 SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
 {
     float tile[SPRINGLS__TILE_VOXELS];
@@ -12694,36 +12826,48 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
     return sum > 0.0 ? sum / count : 1.0;
 }
 
-/* From any function negative inside, of any scale: what is not of the order of a distance is made so, no value loses its
-   sign; then it is re-distanced outwards from its zero. */
-SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+/* Copies the caller's values into the active bricks. */
+SPRINGLS__FN void springls__copy_voxels(const springls__grid *g, springls__voxel_fn value, const void *arg)
 {
-    const float least = 1e-6f, most = 1e6f;
-    springls__grid *g = &ctx->model.grid;
-    double slope, scale;
-    int i, v, pass;
-    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    int i, v;
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         int o[3];
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (!springls__grid_contains(g, x, y, z)) continue;
-            phi[v] = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
+            if (springls__grid_contains(g, x, y, z)) phi[v] = value(arg, springls__voxel_index(g, x, y, z));
         }
     }
-    slope = springls__slope_at_zero(g);
-    scale = slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope;
+}
+
+/* Multiplies the values of the active bricks by `scale`, and keeps them within float32's useful range: none inside becomes 0. */
+SPRINGLS__FN void springls__scale_voxels(const springls__grid *g, double scale)
+{
+    const float smallest = 1e-6f, largest = 1e6f;
+    int i, v;
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             double scaled = fabs((double)phi[v]) * scale;
-            float size = scaled < (double)most ? (float)scaled : most;
-            if (phi[v] < 0.0f) size = springls__max(size, least);
+            float size = scaled < (double)largest ? (float)scaled : largest;
+            if (phi[v] < 0.0f) size = springls__max(size, smallest);
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
+}
+
+/* Fills an empty grid from any function that is negative inside. Values whose slope is far from 1 are scaled first; then phi
+   is re-distanced outwards from its zero. */
+SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    const springls__grid *g = &ctx->model.grid;
+    double slope;
+    int pass;
+    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    springls__copy_voxels(g, value, arg);
+    slope = springls__slope_at_zero(g);
+    springls__scale_voxels(g, slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope);
     springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, NULL);
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
@@ -12736,7 +12880,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* phi's zero by three Newton steps along its gradient. */
+/* Moves a point near the zero level of phi onto it, by three Newton steps along the gradient of at most half a voxel each. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
@@ -12748,39 +12892,54 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
     return x;
 }
 
+/* Makes the springl of triangle k of a marching cube with its corner at (x, y, z) and `stride` voxels a side. */
+SPRINGLS__FN springls__springl springls__initial_springl(const springls_context *ctx, springls__mc_cell cell, int mask, int k,
+                                                         springls__v3 corner, int stride)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const bool project = ctx->model.params.project_initial != 0;
+    springls__springl s;
+    int m;
+    for (m = 0; m < 3; m++) {
+        int edge = springls__mc_edge(mask, k, m);
+        s.q[m] = springls__mad(corner, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
+        if (project) s.q[m] = springls__to_zero_level(g, s.q[m]);
+    }
+    s.p = springls__tri_centroid(springls__springl_tri(s));
+    if (project) {
+        springls__v3 p = springls__to_zero_level(g, s.p);
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
+        s.p = p;
+    }
+    return s;
+}
+
+/* Appends the springls of one marching cube; none, and counts them as refused, when max_springls would be exceeded. */
 SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__mc_cell cell;
-    springls__springl s;
-    int c, k, m, mask;
+    int c, k, mask, triangles;
     for (c = 0; c < 8; c++)
         cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
     mask = springls__mc_case(cell);
-    if (springls__mc_count(mask) == 0) return SPRINGLS_OK;
-    if (ctx->model.set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
-        ctx->stats.refused += springls__mc_count(mask);
+    triangles = springls__mc_count(mask);
+    if (triangles == 0) return SPRINGLS_OK;
+    if (ctx->model.set.count + triangles > ctx->desc.max_springls) {
+        ctx->stats.refused += triangles;
         return SPRINGLS_OK;
     }
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + springls__mc_count(mask)));
-    for (k = 0; k < springls__mc_count(mask); k++) {
-        for (m = 0; m < 3; m++) {
-            int edge = springls__mc_edge(mask, k, m);
-            s.q[m] = springls__mad(springls__v3_make((float)x, (float)y, (float)z), springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
-            if (ctx->model.params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
-        }
-        s.p = springls__tri_centroid(springls__springl_tri(s));
-        if (ctx->model.params.project_initial) {
-            springls__v3 p = springls__to_zero_level(g, s.p);
-            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
-            s.p = p;
-        }
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + triangles));
+    for (k = 0; k < triangles; k++) {
+        springls__v3 corner = springls__v3_make((float)x, (float)y, (float)z);
+        springls__springl s = springls__initial_springl(ctx, cell, mask, k, corner, stride);
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     return SPRINGLS_OK;
 }
 
-/* Marching cubes of phi on every `initial_stride`-th voxel. */
+/* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1), and
+   makes the model the original surface. Fails when there are none. */
 SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -12795,21 +12954,24 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                 for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
                     SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
     }
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
+    if (ctx->model.set.count == 0)
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL,
+                              "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 
-/* ---- public ---- */
+/* ---- public calls ---- */
 
 typedef struct springls__implicit_job { springls_context *ctx; springls_implicit_fn fn; void *user; } springls__implicit_job;
 
+/* Evaluates the user's function at points in voxels, as a distance in voxels: a lower bound where the spacing is not uniform. */
 SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__implicit_job *job = (const springls__implicit_job *)arg;
     springls__v3 world[SPRINGLS__BRICK_VOXELS];
-    float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
+    float scale = 1.0f / job->ctx->largest_spacing;
     float *xyz = (float *)(void *)world;
     int i;
     memcpy(world, points, (size_t)count * sizeof *world);
@@ -12841,6 +13003,7 @@ SPRINGLS__FN float springls__level_set_value(const void *arg, size_t index) { re
 
 typedef struct springls__label_source { const int32_t *labels; int32_t label; } springls__label_source;
 
+/* Returns -0.5 in voxels of the label (of any but 0 when the label is negative), else 0.5. */
 SPRINGLS__FN float springls__label_value(const void *arg, size_t index)
 {
     const springls__label_source *source = (const springls__label_source *)arg;
@@ -12850,6 +13013,7 @@ SPRINGLS__FN float springls__label_value(const void *arg, size_t index)
 
 typedef struct springls__threshold_source { const float *intensity; float low, high, scale; } springls__threshold_source;
 
+/* Returns the scaled distance of an intensity to [low, high], negative between them; 1 for NaN. */
 SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
 {
     const springls__threshold_source *source = (const springls__threshold_source *)arg;
@@ -12858,6 +13022,7 @@ SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
     return springls__clamp(springls__max(source->low - v, v - source->high) * source->scale, -1e6f, 1e6f);
 }
 
+/* Replaces the model by one from dense voxels; empty on failure. */
 SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     springls_status status;
@@ -12890,7 +13055,8 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     size_t i, n;
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!intensity || !(low <= high)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
+    if (!intensity || !(low <= high))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
@@ -12899,7 +13065,7 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     source.intensity = intensity;
     source.low = low;
     source.high = high;
-    source.scale = highest > lowest ? 256.0f / (highest - lowest) : 1.0f; /* slopes of order one, whatever the unit */
+    source.scale = highest > lowest ? 256.0f / (highest - lowest) : 1.0f; /* slopes of order 1 for every unit */
     return springls__set_voxels(ctx, springls__threshold_value, &source);
 }
 
@@ -12925,65 +13091,94 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
+/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
+
+SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                      const float *correspondences, int count)
+{
+    int i;
+    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    for (i = 0; i < count; i++)
+        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
+            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
+            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
+SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                     int count)
+{
+    int i, m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    for (i = 0; i < count; i++) {
+        springls__springl s;
+        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
+        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    for (i = 0; i < 4; i++) {
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    }
+    return springls__adopt_reference(ctx);
+}
+
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count)
 {
     springls_status status;
-    int i, m, k;
+    int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: vertices is NULL, or the count %d is out of range", count);
-    for (i = 0; i < count; i++)
-        for (k = 0; k < 9; k++)
-            if (!(springls__fabs(vertices[9 * i + k]) < 1e6f) || (k < 3 && particles && !(springls__fabs(particles[3 * i + k]) < 1e6f))
-                || (k < 3 && correspondences && !(springls__fabs(correspondences[3 * i + k]) < 1e6f)))
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
     springls__clear_model(ctx);
-    status = springls__constellation_reserve(ctx, count);
-    for (i = 0; i < count && status == SPRINGLS_OK; i++) {
-        springls__springl s;
-        for (m = 0; m < 3; m++) s.q[m] = springls__v3_make(vertices[9 * i + 3 * m], vertices[9 * i + 3 * m + 1], vertices[9 * i + 3 * m + 2]);
-        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
-    }
-    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__unsigned_to_signed);
-    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__run_to_completion(ctx, springls__evolve);
-        if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__rebuild);
-    }
-    if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
+    status = springls__take_springls(ctx, vertices, particles, count);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
+        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
     return springls__clear_on_failure(ctx, status);
 }
 
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
-/* set_mesh.h - an indexed triangle mesh becomes springls and a level set.
+/* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
-   Signs come from one mechanism, the generalised winding number, for clean and dirty meshes alike. Where every edge is
-   balanced (as many triangles run along it one way as the other) it is a whole number and changes at the surface only;
-   then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
-   edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
-   There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
-   film together. Springls of the film follow those of the triangles; were they left to the first fill, they would take
-   correspondences from the rims.
+   The sign of phi comes from the generalized winding number w, for clean and for damaged meshes alike. An edge is balanced
+   when as many triangles run along it in one direction as in the other.
+     Every edge balanced: w is a whole number that changes only at the surface. Two overlapping balls free of surface lie on
+     one side, so most voxels take the sign of a neighbor and w is computed for few.
+     Some edge unbalanced: the surface is open. The level w = 1/2 closes its holes like a soap film, and phi is the distance
+     to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
+     are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
 
+/* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
+   triangles run from low to high less how many run from high to low. */
 typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
 
-/* Working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the triangle's next corner. */
+enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
+
+/* Holds the working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the next corner. */
 typedef struct springls__mesh_intake {
-    springls__v3 *point;    /* voxel coordinates, by position                                                   */
-    int *weld;              /* the first position equal to a position                                           */
-    int *table;             /* hash table: positions, later edges; -1 is free                                   */
-    int *corner, *triangle; /* 3 welded corners and the number of every triangle without repeated corners       */
-    int *edge;              /* of a half-edge                                                                   */
-    springls__mesh_edge *edges;
-    uint8_t *turn;          /* the triangle is to be turned; 2: not reached yet                                 */
-    int *queue;
+    springls__v3 *point;        /* [position]  voxel coordinates                                                   */
+    int *weld;                  /* [position]  the first position with the same coordinates                        */
+    int *table;                 /* [table_size] hash table of positions, later of edges; -1: free                  */
+    int *corner;                /* [3 * count] welded corners of the triangles without a repeated corner           */
+    int *triangle;              /* [count]     their numbers in the caller's mesh                                  */
+    int *edge;                  /* [3 * count] index into edges, by half-edge                                      */
+    springls__mesh_edge *edges; /* [edge_count]                                                                    */
+    uint8_t *turn;              /* [count]     1: exchange corners 1 and 2; SPRINGLS__MESH_UNREACHED: undecided    */
+    int *queue;                 /* [count]     triangles of the patch that springls__mesh_orient walks over        */
     int count, edge_count;
-    size_t table_size;
+    size_t table_size;          /* a power of two                                                                  */
     springls__buffer memory[9];
 } springls__mesh_intake;
 
@@ -12993,6 +13188,7 @@ SPRINGLS__FN void springls__mesh_intake_free(springls_context *ctx, springls__me
     for (i = 0; i < 9; i++) springls__buffer_free(ctx, &m->memory[i]);
 }
 
+/* Allocates the working memory for a mesh of that many positions and triangles. */
 SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx, springls__mesh_intake *m, int positions,
                                                            int triangles)
 {
@@ -13022,46 +13218,71 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
 
 SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
 
-/* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
+/* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
+   twentieth of a voxel. */
+SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
+{
+    const double furthest = 1e6; /* voxels */
+    double x[3];
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!springls__finite((double)world[k]))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    for (k = 0; k < 3; k++) {
+        if (!(x[k] >= -furthest && x[k] <= furthest))
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
+        voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns the first position with the same coordinates as m->point[i], and enters i into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
+{
+    const springls__v3 x = m->point[i];
+    size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        springls__v3 other = m->point[m->table[slot]];
+        if (other.x == x.x && other.y == x.y && other.z == x.z) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = i;
+    return m->table[slot];
+}
+
+/* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
+   bounds of the mesh in voxels. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles,
                                                  int triangle_count, float lower[3], float upper[3])
 {
-    const double furthest = 1e6; /* voxels: beyond it float32 does not resolve a twentieth of a voxel */
-    size_t mask = m->table_size - 1, slot;
+    size_t slot;
     int i, j, k;
     for (i = 0; i < position_count; i++) m->weld[i] = -1;
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
     for (j = 0; j < 3 * triangle_count; j++) {
-        const float *world;
-        double voxel[3];
-        float x[3];
+        float x[3] = { 0.0f, 0.0f, 0.0f };
         i = triangles[j];
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
         if (m->weld[i] >= 0) continue;
-        world = springls__mesh_position(positions, stride, i);
-        for (k = 0; k < 3; k++)
-            if (!springls__finite((double)world[k]))
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", i);
-        springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], voxel);
+        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
         for (k = 0; k < 3; k++) {
-            if (!(voxel[k] >= -furthest && voxel[k] <= furthest))
-                return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", i);
-            x[k] = (float)voxel[k] + 0.0f; /* no negative zero */
             lower[k] = springls__min(lower[k], x[k]);
             upper[k] = springls__max(upper[k], x[k]);
         }
         m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        slot = springls__hash3(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
-        for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
-            springls__v3 other = m->point[m->table[slot]];
-            if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
-        }
-        if (m->table[slot] < 0) m->table[slot] = i;
-        m->weld[i] = m->table[slot];
+        m->weld[i] = springls__mesh_first_equal(m, i);
     }
+    return SPRINGLS_OK;
+}
+
+/* Lists the triangles whose three welded corners differ. Writes m->corner, m->triangle and m->count. */
+SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const int *triangles, int triangle_count)
+{
+    int j;
     m->count = 0;
     for (j = 0; j < triangle_count; j++) {
         int a = m->weld[triangles[3 * j]], b = m->weld[triangles[3 * j + 1]], c = m->weld[triangles[3 * j + 2]];
@@ -13071,15 +13292,15 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
         m->corner[3 * m->count + 2] = c;
         m->triangle[m->count++] = j;
     }
-    return SPRINGLS_OK;
 }
 
-/* +1 when the half-edge runs from its edge's lower corner to the higher, -1 otherwise. */
+/* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
 SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
 {
     return m->corner[half] < m->corner[springls__mesh_next(half)] ? 1 : -1;
 }
 
+/* Finds the edges of the listed triangles. Writes m->edges, m->edge and m->edge_count. */
 SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
 {
     size_t mask = m->table_size - 1, slot;
@@ -13106,7 +13327,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     }
 }
 
-/* Adds up, for every edge, which way its triangles run along it; returns how many edges are not balanced. */
+/* Computes the balance of every edge, of triangles turned as m->turn has it; returns how many edges are not balanced. */
 SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
 {
     int e, h, unbalanced = 0;
@@ -13117,7 +13338,7 @@ SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
     return unbalanced;
 }
 
-/* Parts that share a point are one component. `weld` has done its work and becomes the forest. */
+/* Counts the connected components; triangles that share a point are connected. Overwrites m->weld with a union-find forest. */
 SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
 {
     int h, components = 0;
@@ -13137,6 +13358,7 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
     return components;
 }
 
+/* Returns twice the area of a listed triangle, voxel^2. */
 SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, int triangle)
 {
     springls__tri t;
@@ -13146,86 +13368,113 @@ SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, i
     return (double)springls__length(springls__tri_area2(t));
 }
 
-/* Turns triangles so that neighbours agree: over every patch joined by edges of two triangles, the smaller area turns. */
+/* Orients the patch of triangles around `seed` like the seed; a patch is connected through edges of two triangles. Writes
+   the patch to m->queue, m->turn of its triangles, and in area[0] and area[1] twice the area not turned and turned, voxel^2.
+   Returns the number of triangles in the patch. */
+SPRINGLS__FN int springls__mesh_orient_patch(springls__mesh_intake *m, int seed, double area[2])
+{
+    int head = 0, tail = 0, k;
+    area[0] = area[1] = 0.0;
+    m->turn[seed] = 0;
+    m->queue[tail++] = seed;
+    while (head < tail) {
+        int t = m->queue[head++];
+        area[m->turn[t]] += springls__mesh_double_area(m, t);
+        for (k = 0; k < 3; k++) {
+            int h = 3 * t + k, other, same;
+            const springls__mesh_edge *edge = &m->edges[m->edge[h]];
+            if (edge->count != 2) continue;
+            other = edge->half[0] == h ? edge->half[1] : edge->half[0];
+            if (m->turn[other / 3] != SPRINGLS__MESH_UNREACHED) continue;
+            same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
+            m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
+            m->queue[tail++] = other / 3;
+        }
+    }
+    return tail;
+}
+
+/* Writes m->turn so that neighbors agree; of each patch the part with the smaller area is turned. */
 SPRINGLS__FN void springls__mesh_orient(springls__mesh_intake *m)
 {
-    int seed, i, k;
-    memset(m->turn, 2, (size_t)m->count);
+    double area[2];
+    int seed, patch, i;
+    memset(m->turn, SPRINGLS__MESH_UNREACHED, (size_t)m->count);
     for (seed = 0; seed < m->count; seed++) {
-        int head = 0, tail = 0;
-        double area[2] = { 0.0, 0.0 };
-        if (m->turn[seed] != 2) continue;
-        m->turn[seed] = 0;
-        m->queue[tail++] = seed;
-        while (head < tail) {
-            int t = m->queue[head++];
-            area[m->turn[t]] += springls__mesh_double_area(m, t);
-            for (k = 0; k < 3; k++) {
-                int h = 3 * t + k, other, same;
-                const springls__mesh_edge *edge = &m->edges[m->edge[h]];
-                if (edge->count != 2) continue;
-                other = edge->half[0] == h ? edge->half[1] : edge->half[0];
-                if (m->turn[other / 3] != 2) continue;
-                same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
-                m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
-                m->queue[tail++] = other / 3;
-            }
-        }
+        if (m->turn[seed] != SPRINGLS__MESH_UNREACHED) continue;
+        patch = springls__mesh_orient_patch(m, seed, area);
         if (area[1] > area[0])
-            for (i = 0; i < tail; i++) m->turn[m->queue[i]] ^= 1;
+            for (i = 0; i < patch; i++) m->turn[m->queue[i]] ^= 1;
     }
 }
 
-/* Signed volume, about the area's centre, and area, world units. turned: as the triangles will be, not as they came. */
-SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride, bool turned,
-                                          double *area)
+/* Loads the corners of a listed triangle, less `center`, and its area normal (p1 - p0) x (p2 - p0). World units. */
+SPRINGLS__FN void springls__mesh_world_triangle(const springls__mesh_intake *m, const float *positions, size_t stride, int t,
+                                                const double center[3], double p[3][3], double normal[3])
 {
-    double center[3] = { 0.0, 0.0, 0.0 }, volume = 0.0, total = 0.0;
-    int pass, t, i, k;
-    for (pass = 0; pass < 2; pass++) {
-        for (t = 0; t < m->count; t++) {
-            double p[3][3], n[3], a, v = 0.0;
-            for (i = 0; i < 3; i++)
-                for (k = 0; k < 3; k++)
-                    p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - (pass ? center[k] : 0.0);
-            for (k = 0; k < 3; k++) {
-                int u = (k + 1) % 3, w = (k + 2) % 3;
-                n[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
-            }
-            if (pass) {
-                for (k = 0; k < 3; k++) v += n[k] * p[0][k];
-                volume += turned && m->turn[t] ? -v : v;
-            } else {
-                a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-                total += a;
-                for (k = 0; k < 3; k++) center[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
-            }
-        }
-        for (k = 0; k < 3 && !pass; k++) center[k] = total > 0.0 ? center[k] / total : 0.0;
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - center[k];
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, w = (k + 2) % 3;
+        normal[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
     }
-    *area = 0.5 * total;
+}
+
+/* Returns the area of the listed triangles, and their center weighted by area. World units. */
+SPRINGLS__FN double springls__mesh_area(const springls__mesh_intake *m, const float *positions, size_t stride, double center[3])
+{
+    static const double origin[3] = { 0.0, 0.0, 0.0 };
+    double sum[3] = { 0.0, 0.0, 0.0 }, total = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double a;
+        springls__mesh_world_triangle(m, positions, stride, t, origin, p, n);
+        a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        total += a;
+        for (k = 0; k < 3; k++) sum[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
+    }
+    for (k = 0; k < 3; k++) center[k] = total > 0.0 ? sum[k] / total : 0.0;
+    return 0.5 * total;
+}
+
+/* Returns the signed volume by the divergence theorem about `center`, world units; positive when the triangles face outwards.
+   turned: orients the triangles as m->turn has it, not as they came. */
+SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride,
+                                          const double center[3], bool turned)
+{
+    double volume = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double v = 0.0;
+        springls__mesh_world_triangle(m, positions, stride, t, center, p, n);
+        for (k = 0; k < 3; k++) v += n[k] * p[0][k];
+        volume += turned && m->turn[t] ? -v : v;
+    }
     return volume / 6.0;
 }
 
 /* ---- the call ---- */
 
-SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, int left)
+/* Logs what was repaired. repaired: the triangles' orientation was. */
+SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, bool repaired)
 {
     if (!r->closed)
         springls__log(ctx, 2, "mesh not closed (%d boundary, %d non-manifold, %d misoriented edges): inside is where the "
                       "winding number exceeds one half; %d triangles without area dropped%s", r->boundary_edges,
-                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, left ? "" : ", orientation repaired");
+                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, repaired ? ", orientation repaired" : "");
     else if (r->flipped || r->triangles_dropped)
         springls__log(ctx, 2, "mesh%s, %d triangles without area dropped", r->flipped ? " was inside out and has been turned"
                       : " is closed", r->triangles_dropped);
 }
 
-/* Moves the triangles that have an area to the front; they may be none. */
+/* Removes the triangles without an area from the list; none may remain. */
 SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 {
     int t, k, n = 0;
     for (t = 0; t < m->count; t++) {
-        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* as springls__tri_closest has it */
+        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* the limit of springls__tri_closest */
         for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
         m->triangle[n] = m->triangle[t];
         m->turn[n++] = m->turn[t];
@@ -13233,13 +13482,11 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
+SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
 {
-    springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
     int t, k;
-    springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
     for (t = 0; t < m->count; t++) {
         springls__springl s;
         springls__tri tri;
@@ -13250,6 +13497,37 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
         s.p = springls__tri_centroid(tri);
         springls__constellation_append(ctx, &s, s.p, 0u, 0u);
     }
+}
+
+/* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
+SPRINGLS__FN springls_status springls__mesh_store_sources(springls_context *ctx, const springls__mesh_intake *m, int given)
+{
+    int t;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
+    ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
+    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    return SPRINGLS_OK;
+}
+
+/* Covers the film that closes the holes of an open mesh with springls. */
+SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    springls__finish_loop(ctx);
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
+   model is left unfinished. */
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+{
+    springls__mesh_distance distance;
+    springls__clear_model(ctx);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
+    springls__mesh_append_springls(ctx, m);
     SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
@@ -13259,37 +13537,32 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
-    ctx->original.source = (int *)ctx->original.source_memory.data;
-    ctx->original.given = given;
-    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
-    if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
-    springls__finish_loop(ctx);
-    SPRINGLS__TRY(springls__fill_exposed(ctx));
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
+    return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
 
-SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
-                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
-                                                 springls_mesh_report *report)
+/* Compares the mesh's bounds with the grid's, in voxels. Fails when they do not meet. *beyond: a part lies outside. */
+SPRINGLS__FN springls_status springls__mesh_check_bounds(springls_context *ctx, const float lower[3], const float upper[3],
+                                                         bool *beyond)
 {
-    float lower[3], upper[3];
-    bool beyond = false, outside = false;
-    int e, t, k, unbalanced;
-    springls_status status;
-    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
-    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    bool outside = false;
+    int k;
+    *beyond = false;
     for (k = 0; k < 3; k++) {
         float last = (float)ctx->desc.grid.size[k] - 0.5f;
-        beyond = beyond || lower[k] < -0.5f || upper[k] > last;
+        *beyond = *beyond || lower[k] < -0.5f || upper[k] > last;
         outside = outside || upper[k] < -0.5f || lower[k] > last;
     }
     if (outside) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh lies outside the grid: voxels (%g %g %g) to (%g %g %g)",
                                        (double)lower[0], (double)lower[1], (double)lower[2], (double)upper[0],
                                        (double)upper[1], (double)upper[2]);
-    springls__mesh_edges(m);
+    return SPRINGLS_OK;
+}
+
+/* Writes the report's counts of edges and components. Overwrites m->weld. */
+SPRINGLS__FN void springls__mesh_report_topology(springls__mesh_intake *m, springls_mesh_report *report)
+{
+    int e;
     for (e = 0; e < m->edge_count; e++) {
         const springls__mesh_edge *edge = &m->edges[e];
         report->boundary_edges += edge->count == 1;
@@ -13300,22 +13573,47 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     report->closed = !report->boundary_edges && !report->nonmanifold_edges && !report->misoriented_edges;
     report->used_winding = !report->closed;
     report->components = springls__mesh_components(m);
+}
+
+/* Writes m->turn so that neighbors agree and the triangles face outwards, and the report's area, volume (as the triangles
+   came) and flipped. Returns how many edges are not balanced then. */
+SPRINGLS__FN int springls__mesh_face_outwards(springls__mesh_intake *m, const float *positions, size_t stride,
+                                              springls_mesh_report *report)
+{
+    double center[3];
+    int t, unbalanced;
     memset(m->turn, 0, (size_t)m->count);
-    report->volume = springls__mesh_volume(m, positions, stride, false, &report->area);
+    report->area = springls__mesh_area(m, positions, stride, center);
+    report->volume = springls__mesh_volume(m, positions, stride, center, false);
     if (report->misoriented_edges) springls__mesh_orient(m);
     unbalanced = springls__mesh_balance(m);
-    {
-        double area;
-        report->flipped = springls__mesh_volume(m, positions, stride, true, &area) < 0.0;
-    }
-    if (report->flipped)
-        for (t = 0; t < m->count; t++) m->turn[t] ^= 1;
+    report->flipped = springls__mesh_volume(m, positions, stride, center, true) < 0.0;
+    for (t = 0; report->flipped && t < m->count; t++) m->turn[t] ^= 1;
+    return unbalanced;
+}
+
+/* Does the work of springls_set_mesh on arguments that have been checked and a report of zeros. */
+SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
+                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
+                                                 springls_mesh_report *report)
+{
+    float lower[3], upper[3];
+    bool beyond;
+    int unbalanced;
+    springls_status status;
+    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
+    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    springls__mesh_list_triangles(m, triangles, triangle_count);
+    SPRINGLS__TRY(springls__mesh_check_bounds(ctx, lower, upper, &beyond));
+    springls__mesh_edges(m);
+    springls__mesh_report_topology(m, report);
+    unbalanced = springls__mesh_face_outwards(m, positions, stride, report);
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
-    springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
+    springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
 }
@@ -13332,7 +13630,8 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (stride == 0) stride = 3 * sizeof(float);
     if (position_count < 0 || triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count, triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count,
+                              triangle_count);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes", (unsigned long)stride);
     if ((!positions && position_count) || (!triangles && triangle_count))
@@ -13401,7 +13700,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
     attribute->channels = desc->channels;
-    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    SPRINGLS__TRY(springls__values_reserve(ctx, attribute, ctx->model.set.count, 0));
     memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
     attribute->split = desc->split;
     attribute->fill = desc->fill;
@@ -13490,9 +13789,9 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__interpolation_sources donors = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
                                              springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
-        springls__interpolate_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_POLICY_BLEND,
+        springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                             job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }
@@ -13533,233 +13832,276 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
 }
 
 /* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
-/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
-   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
-   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed. Each consumer has a published
+   level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
+   from it, so two neighbors share the bits of their common vertices, whenever either was meshed. */
 
-/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
+/* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
+   that correspondences have moved along the surface. */
+typedef struct springls__brick_signature {
+    uint64_t ids;
+    springls__v3 particles, correspondences;
+    int count;
+} springls__brick_signature;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
-    springls__brick_signature *crew;       /* of a slot, when it was last meshed                                           */
-    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
-    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
-    int *list;
-    springls_chunk *chunk;      /* those that have changed                                                      */
-    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+    springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
+    springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
+    uint8_t *dirty, *has_mesh;             /* [brick] 1: mesh it again; 1: its last mesh had triangles                 */
+    uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
+    int *list;                             /* bricks whose values may differ from the published ones                   */
+    springls_chunk *chunk;                 /* those that have changed                                                  */
+    springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
+    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
-    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
-                                          &c->meshes, &c->touch, &c->lists,
-                                          &c->chunks, &c->vertices, &c->corners };
+    springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
+                                          &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
+                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Room for slots of bricks that are shown. */
+/* Grows the published level set to that many slots. */
 SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
 {
-    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
+    size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),
+                                        (size_t)c->published.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi_memory, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
                                         used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
-    c->shown.slot_brick = (int *)c->slot_brick.data;
-    c->shown.free_slots = (int *)c->free_slots.data;
-    c->shown.phi = (float *)c->phi.data;
-    c->crew = (springls__brick_signature *)c->crews.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
+    c->published.slot_brick = (int *)c->slot_brick_memory.data;
+    c->published.free_slots = (int *)c->free_slots_memory.data;
+    c->published.phi = (float *)c->phi_memory.data;
+    c->signature = (springls__brick_signature *)c->signature_memory.data;
     return SPRINGLS_OK;
 }
 
+/* Allocates an empty published level set: the first update lists every chunk. */
 SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     size_t bricks = springls__brick_count(g), i;
-    memcpy(c->shown.size, g->size, sizeof g->size);
-    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    memcpy(c->published.size, g->size, sizeof g->size);
+    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top_memory, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirty_memory, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->has_mesh_memory, bricks, 1, 0));
     SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
-    c->shown.top = (int *)c->top.data;
-    c->dirty = (uint8_t *)c->dirt.data;
-    c->has_mesh = (uint8_t *)c->meshes.data;
-    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    c->published.top = (int *)c->top_memory.data;
+    c->dirty = (uint8_t *)c->dirty_memory.data;
+    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
+    for (i = 0; i < bricks; i++) c->published.top[i] = SPRINGLS__OUTSIDE;
     memset(c->dirty, 0, bricks);
     memset(c->has_mesh, 0, bricks);
-    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
 }
 
-/* ---- what has changed ---- */
+/* ---- finding what has changed ---- */
 
-/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
-   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
-SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
+/* Returns the bricks whose mesh depends on voxel v of a brick: a vertex on the voxels up to the end of its brick, a normal on
+   voxels one further. Bits as in springls__neighbor_mask_of_row. */
+SPRINGLS__FN uint32_t springls__bricks_affected_by(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
     return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
-/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
+/* Returns whether the published zero level may pass between voxel v of a brick and one of its six neighbors. origin: the
+   brick's first voxel; brick: its values in the field of g. */
 SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
 {
-    int axis, way;
+    int axis, direction;
     for (axis = 0; axis < 3; axis++)
-        for (way = -1; way <= 1; way += 2) {
+        for (direction = -1; direction <= 1; direction += 2) {
             int at[3] = { v & 7, v >> 3 & 7, v >> 6 };
-            float beside;
-            at[axis] += way;
-            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) beside = brick[v + way * (1 << 3 * axis)];
-            else beside = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
-            if (brick[v] < 0.0f ? beside >= -tolerance : beside <= tolerance) return true;
+            float neighbor;
+            at[axis] += direction;
+            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) neighbor = brick[v + direction * (1 << 3 * axis)];
+            else neighbor = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
+            if (brick[v] < 0.0f ? neighbor >= -tolerance : neighbor <= tolerance) return true;
         }
     return false;
 }
 
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
-/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
-   them. */
-SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+/* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
+   now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
+SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
+                                              float tolerance)
+{
+    const float deep = 1.5f; /* voxels: a value further from the surface moves a vertex only where phi is steep (may_cross) */
+    const uint32_t own = 1u << 13;
+    uint32_t affected = 0u;
+    int v;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        float before = published[v];
+        if (springls__fabs(now[v] - before) <= tolerance) continue;
+        published[v] = now[v];
+        if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+            || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
+            affected |= springls__bricks_affected_by(v);
+    }
+    if (!affected) return 0u;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+        if (springls__bricks_affected_by(v) == own) published[v] = now[v];
+    return affected | own;
+}
+
+SPRINGLS__FN void springls__publish_task(void *arg, int begin, int end)
 {
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = 1.5f;
-    const uint32_t own = 1u << 13;
-    int v, origin[3];
+    int origin[3];
     for (; begin < end; begin++) {
+        int slot = c->published.top[c->list[begin]];
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
-        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
-        uint32_t touched = 0u;
-        springls__slot_origin(&c->shown, c->shown.top[c->list[begin]], origin);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance) continue;
-            shown[v] = now[v];
-            /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
-                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
-                touched |= springls__bricks_touched_by(v);
-        }
-        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__bricks_touched_by(v) == own) shown[v] = now[v];
-        c->touched[begin] = touched ? touched | own : 0u;
+        springls__slot_origin(&c->published, slot, origin);
+        c->affected[begin] = springls__publish_brick(g, origin, now, c->published.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS,
+                                                     c->desc.tolerance);
     }
 }
 
-/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+/* Gives a constant brick a slot of the published level set, with the constant as its values. */
+SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int brick)
+{
+    springls__grid *published = &c->published;
+    int side = published->top[brick];
+    int slot = published->free_count ? published->free_slots[--published->free_count] : published->slot_count++;
+    published->top[brick] = slot;
+    published->slot_brick[slot] = brick;
+    springls__fill(published->phi, slot, side == SPRINGLS__INSIDE ? -published->far_value : published->far_value);
+    memset(&c->signature[slot], 0, sizeof c->signature[slot]);
+}
+
+/* Returns whether the model's values in a brick may differ from the published ones. */
+SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int brick)
+{
+    return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
+}
+
+/* Writes c->list, the bricks that may differ, and their number; each gets a slot of the published level set. */
 SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__grid *shown = &c->shown;
-    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    springls__grid *published = &c->published;
+    int bricks = (int)springls__brick_count(g), i, n = 0, added = 0;
     for (i = 0; i < bricks; i++) {
-        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
-        if (!here && g->top[i] == shown->top[i]) continue;
+        if (!springls__may_differ(g, published, i)) continue;
         n++;
-        fresh += !here;
+        added += published->top[i] < SPRINGLS__FIRST_SLOT;
     }
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
-    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
-    c->list = (int *)c->lists.data;
-    c->touched = (uint32_t *)c->touch.data;
-    shown->far_value = g->far_value;
-    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->list_memory, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->affected_memory, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, published->slot_count + added));
+    c->list = (int *)c->list_memory.data;
+    c->affected = (uint32_t *)c->affected_memory.data;
+    published->far_value = g->far_value;
+    springls__fill(published->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(published->phi, SPRINGLS__INSIDE, -g->far_value);
     for (i = n = 0; i < bricks; i++) {
-        int side = shown->top[i], slot;
-        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        if (!springls__may_differ(g, published, i)) continue;
         c->list[n++] = i;
-        if (side >= SPRINGLS__FIRST_SLOT) continue;
-        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
-        shown->top[i] = slot;
-        shown->slot_brick[slot] = i;
-        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+        if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
     }
     *count = n;
     return SPRINGLS_OK;
 }
 
-/* All that a change of listed brick i reaches is to be meshed again. */
+/* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
 SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
-    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
-    for (d = 0; d < 27 && c->touched[i]; d++)
-        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at))
-            c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+    springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->affected[i]; d++)
+        if ((c->affected[i] >> d & 1u) && springls__brick_around(&c->published, origin, d, at))
+            c->dirty[springls__brick_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
-/* Who is where: to tell change of correspondences. By slot of what is shown. */
-SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
+/* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
+SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
+                                               springls__brick_signature *signature)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__brick_signature *crew;
-    int i, slot;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->shown.slot_count));
-    crew = springls__brick_signatures(&ctx->model);
-    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    int i;
+    memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        slot =
-            springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
-                              springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
-        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
-        crew[slot].places = springls__add(crew[slot].places, p);
-        crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
-        crew[slot].count++;
+        springls__brick_signature *sum = &signature[springls__slot_at(
+            &c->published, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            springls__cell_coordinate(p.z, g->size[2]))];
+        sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        sum->particles = springls__add(sum->particles, p);
+        sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
+        sum->count++;
     }
-    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
-        float most = c->desc.tolerance * (float)crew[slot].count;
-        if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids
-            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
-            && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
-            continue;
-        c->crew[slot] = crew[slot];
-        c->dirty[c->shown.slot_brick[slot]] = 1;
+}
+
+/* Returns whether the ids are the same and the mean p and a differ by at most the tolerance, voxels. */
+SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *now, const springls__brick_signature *before,
+                                             float tolerance)
+{
+    float limit = tolerance * (float)now->count;
+    return now->ids == before->ids
+        && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
+        && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
+}
+
+/* Marks as dirty the bricks whose springls have changed since they were meshed. */
+SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx, springls_chunks *c)
+{
+    springls__brick_signature *now;
+    int slot;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->published.slot_count));
+    now = springls__brick_signatures(&ctx->model);
+    springls__collect_signatures(ctx, c, now);
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->published.slot_count; slot++) {
+        if (c->published.slot_brick[slot] < 0) continue;
+        if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
+        c->signature[slot] = now[slot];
+        c->dirty[c->published.slot_brick[slot]] = 1;
     }
     return SPRINGLS_OK;
 }
 
-/* Bricks that have become constant give their slot back. */
-SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+/* Returns the slots of listed bricks that have become constant in the model. */
+SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c, int count)
 {
     int i;
     for (i = 0; i < count; i++) {
-        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
         if (side >= SPRINGLS__FIRST_SLOT) continue;
-        c->shown.top[brick] = side;
-        c->shown.slot_brick[slot] = -1;
-        c->shown.free_slots[c->shown.free_count++] = slot;
+        c->published.top[brick] = side;
+        c->published.slot_brick[slot] = -1;
+        c->published.free_slots[c->published.free_count++] = slot;
     }
 }
 
 /* ---- meshes ---- */
 
-/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+/* Returns the number of the vertex on an edge of cube (x, y, z): the same for all cubes around the edge. */
 SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
 {
     int corner = springls__mc_edge_corner(edge);
     return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
 }
 
-/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+/* Runs marching cubes on a chunk and counts its vertices and triangles. vertex: voxels, in the order in which triangles use
+   them; corner: 3 a triangle. Both NULL: only counts. */
 SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
 {
-    const springls__grid *g = &c->shown;
+    const springls__grid *g = &c->published;
     float tile[SPRINGLS__TILE_VOXELS];
-    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
     int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
     springls__cube_range range;
     chunk->vertex_count = chunk->triangle_count = 0;
@@ -13791,27 +14133,32 @@ SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
 }
 
-/* Its arrays are there; positions hold voxels, then the world. */
+/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
+SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+{
+    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+    springls__v3 a = nearest >= 0 ? springls__correspondence_at(&ctx->model, nearest, x) : x;
+    springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * vertex);
+    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+}
+
+/* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
 SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
 {
-    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
-    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
     for (i = 0; i < chunk->vertex_count; i++) {
-        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        springls__v3 x = vertex[i];
+        springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) {
-            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
-            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
-            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
-        }
+        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
-        uint16_t one = chunk->triangles[3 * i + 1];
+        uint16_t corner = chunk->triangles[3 * i + 1];
         chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
-        chunk->triangles[3 * i + 2] = one;
+        chunk->triangles[3 * i + 2] = corner;
     }
 }
 
@@ -13821,14 +14168,14 @@ SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
 }
 
-/* The dirty bricks as chunks without arrays. */
+/* Writes c->chunk, a chunk without arrays for each dirty brick, and their number. */
 SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const springls__grid *g = &c->shown;
+    const springls__grid *g = &c->published;
     int bricks = (int)springls__brick_count(g), i, n = 0;
     for (i = 0; i < bricks; i++) n += c->dirty[i];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
-    c->chunk = (springls_chunk *)c->chunks.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
@@ -13840,40 +14187,43 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     return SPRINGLS_OK;
 }
 
-/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
-SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+/* Allocates the arrays of all counted chunks and gives each chunk its part. Leaves out chunks that have no triangle and had
+   none. */
+SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const size_t words = c->desc.correspondences ? 10 : 6; /* a vertex */
+    const size_t words = c->desc.correspondences ? 10 : 6; /* floats a vertex; an id takes one */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < *count; i++) {
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])])
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
             c->chunk[n++] = c->chunk[i];
     }
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
     *count = n;
     vertices = corners = 0;
     for (i = 0; i < n; i++) {
         springls_chunk *chunk = &c->chunk[i];
         size_t v = (size_t)chunk->vertex_count;
         if (!v) continue;
-        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->positions = (float *)c->vertex_memory.data + vertices * words;
         chunk->normals = chunk->positions + 3 * v;
         if (c->desc.correspondences) {
             chunk->correspondences = chunk->normals + 3 * v;
             chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
         }
-        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        chunk->triangles = (uint16_t *)c->corner_memory.data + corners;
         vertices += v;
         corners += 3 * (size_t)chunk->triangle_count;
     }
     return SPRINGLS_OK;
 }
 
+/* Publishes what has changed and meshes it: writes c->chunk and the number of changed chunks. dirty stays set on failure, so
+   that the next call lists these chunks. */
 SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
 {
     springls__chunk_job job;
@@ -13883,18 +14233,18 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     SPRINGLS__TRY(springls__use_host(ctx, false));
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
-    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    springls__parallel(ctx, listed, 16, springls__publish_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
-    springls__drop_shown(ctx, c, listed);
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+    springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
-    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
-    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    memset(c->dirty, 0, springls__brick_count(&c->published));
     for (i = 0; i < *count; i++) {
         const int *b = c->chunk[i].brick;
-        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+        c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
     }
     return SPRINGLS_OK;
 }
@@ -16002,7 +16352,7 @@ static const char *const springls__kernel_lines[] = {
     "  }\n",
     "#endif\n",
     "\n",
-    "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
+    "/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */\n",
     "SPRINGLS__MATHS float springls__floor(float x)\n",
     "{\n",
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
@@ -16013,7 +16363,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
-    "/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */\n",
+    "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
     "#define springls__broadcast(x) (x)\n",
     "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
     "#define springls__any(where) (where)\n",
@@ -16025,8 +16375,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
     "#line 1733 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16082,7 +16432,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16108,8 +16458,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16181,7 +16531,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
-    "/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
+    "/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
     "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
@@ -16190,9 +16540,9 @@ static const char *const springls__kernel_lines[] = {
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
     "#line 1900 \"springls.h\"\n",
-    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
-    "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
-    "   the same order: the bits are the same for every width. */\n",
+    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
+    "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
+    "   single number in the same order, so every width gives the same bits. */\n",
     "\n",
     "#if defined(__OPENCL_VERSION__)\n",
     "\n",
@@ -16261,7 +16611,12 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)\n",
+    "{\n",
+    "    return *(const springls__vec_anywhere *)(const void *)from;\n",
+    "}\n",
+    "\n",
+    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16275,7 +16630,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
     "}\n",
     "\n",
-    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "/* Returns a < b ? a : b, the second where they are equal or not ordered. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
     "{\n",
     "#if defined(SPRINGLS__SIMD)\n",
@@ -16336,9 +16691,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2048 \"springls.h\"\n",
+    "#line 2053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16351,7 +16706,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2063 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16394,7 +16749,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16420,8 +16775,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16475,13 +16830,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2187 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "\n",
+    "/* A table for springls__vec_from. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
-    "/* Returns first, first + 1, ...: places along a row of eight. */\n",
+    "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2194 \"springls.h\"\n",
+    "#line 2200 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16493,9 +16849,9 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2206 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2212 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16508,7 +16864,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2222 \"springls.h\"\n",
+    "#line 2228 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16526,7 +16882,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16534,8 +16890,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16552,9 +16908,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2266 \"springls.h\"\n",
+    "#line 2272 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16567,7 +16923,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2281 \"springls.h\"\n",
+    "#line 2287 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16585,7 +16941,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16593,8 +16949,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16611,9 +16967,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2325 \"springls.h\"\n",
+    "#line 2331 \"springls.h\"\n",
     "\n",
-    "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
+    "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
@@ -16683,9 +17039,9 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2397 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2403 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16698,8 +17054,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2413 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2419 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16709,7 +17065,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16722,22 +17078,26 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them, with what follows from q and p. */\n",
+    "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    float number[16][SPRINGLS__WIDTH];\n",
@@ -16757,9 +17117,9 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2472 \"springls.h\"\n",
+    "#line 2482 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16772,8 +17132,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2487 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2497 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16783,7 +17143,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16796,22 +17156,26 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them, with what follows from q and p. */\n",
+    "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    float number[16][SPRINGLS__WIDTH];\n",
@@ -16831,7 +17195,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2547 \"springls.h\"\n",
+    "#line 2561 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17130,7 +17494,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2847 \"springls.h\"\n",
+    "#line 2861 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17260,6 +17624,12 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
+    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "SPRINGLS__MATHS int springls__tile_step(int d)\n",
+    "{\n",
+    "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
+    "}\n",
+    "\n",
     "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
@@ -17302,20 +17672,21 @@ static const char *const springls__kernel_lines[] = {
     "    return v;\n",
     "}\n",
     "\n",
-    "/* Return the smallest and the largest of the six neighbours. */\n",
+    "/* Returns the smallest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
+    "/* Returns the largest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
-    "/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */\n",
+    "/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
     "{\n",
     "    springls__vmask inside = c < 0.0f;\n",
@@ -17501,7 +17872,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3219 \"springls.h\"\n",
+    "#line 3240 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17510,9 +17881,9 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3228 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 3249 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17525,7 +17896,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3244 \"springls.h\"\n",
+    "#line 3265 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17533,13 +17904,14 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3256 \"springls.h\"\n",
+    "#line 3278 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17552,7 +17924,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3271 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17560,11 +17932,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3283 \"springls.h\"\n",
+    "#line 3306 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17653,7 +18026,8 @@ static const char *const springls__kernel_lines[] = {
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)\n",
+    "        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
     "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
@@ -17761,7 +18135,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3835 \"springls.h\"\n",
+    "#line 3866 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -17936,7 +18310,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4011 \"springls.h\"\n",
+    "#line 4042 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -17959,7 +18333,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,\n",
     "                                             float radius2, float d2[8], float edge[8])\n",
     "{\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };\n",
+    "    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m += SPRINGLS__LANES) {\n",
     "        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);\n",
@@ -17976,7 +18351,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
+    "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
+    "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];\n",
@@ -18000,14 +18376,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (other == n) continue;\n",
     "        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;\n",
     "        within = radius + o->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
+    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
+    "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
-    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
-    "                                                     d2[m], 3 * other + (int)edge[m]);\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],\n",
+    "                                                     room, d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -18016,7 +18393,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4092 \"springls.h\"\n",
+    "#line 4126 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -18190,10 +18567,10 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4267 \"springls.h\"\n",
+    "#line 4301 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
-    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
+    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
     "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
     "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
     "{\n",
@@ -18227,7 +18604,7 @@ static const char *const springls__kernel_lines[] = {
     "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
     "\n",
-    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
     "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
     "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -18235,8 +18612,10 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec c = springls__vec_load(phi + i);\n",
     "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside))\n",
-    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        if (springls__vec_any(inside)) {\n",
+    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "            c = springls__vec_select(inside, next, c);\n",
+    "        }\n",
     "        springls__vec_store(out + i, c);\n",
     "    }\n",
     "}\n",
@@ -18259,12 +18638,12 @@ static const char *const springls__kernel_lines[] = {
     "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
     "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
     "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
     "            out[x] += step * lambda * springls__curvature_motion(block);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4342 \"springls.h\"\n",
+    "#line 4378 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18290,7 +18669,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4369 \"springls.h\"\n",
+    "#line 4405 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18360,7 +18739,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4440 \"springls.h\"\n",
+    "#line 4476 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -18482,7 +18861,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4563 \"springls.h\"\n",
+    "#line 4599 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18537,25 +18916,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4619 \"springls.h\"\n",
+    "#line 4655 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
-    "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
+    "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
     "\n",
-    "/* Cosine of the angle from which on two normals are those of different sheets. */\n",
+    "/* Two normals are of the same sheet where the cosine of the angle between them is larger. */\n",
     "#define SPRINGLS__SAME_SHEET 0.4f\n",
     "\n",
-    "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
-    "   with it. edge: 1 at a crease. */\n",
+    "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
     "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
     "\n",
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4635 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 4670 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18568,7 +18946,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4651 \"springls.h\"\n",
+    "#line 4686 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18579,9 +18957,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4662 \"springls.h\"\n",
+    "#line 4697 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18594,7 +18972,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4677 \"springls.h\"\n",
+    "#line 4712 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18605,12 +18983,13 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4688 \"springls.h\"\n",
+    "#line 4723 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
-    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,\n",
+    "                                                               springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
@@ -18626,10 +19005,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
     "\n",
-    "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
-    "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
-    "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
-    "   side of the voxel, the less certain is the bend of the surface in between. */\n",
+    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
+    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
+    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
+    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
+    "   between. */\n",
     "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
@@ -18664,12 +19044,13 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
+    "/* Returns where phi bears that mark. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
     "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
     "}\n",
     "\n",
-    "/* Returns the old value where the side is unknown, else phi. */\n",
+    "/* Returns phi without the mark of an unknown side. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)\n",
     "{\n",
     "    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);\n",
@@ -18705,7 +19086,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4789 \"springls.h\"\n",
+    "#line 4827 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19190,7 +19571,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5275 \"springls.h\"\n",
+    "#line 5313 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19288,7 +19669,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5374 \"springls.h\"\n",
+    "#line 5412 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19417,7 +19798,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5504 \"springls.h\"\n",
+    "#line 5542 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19607,7 +19988,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5695 \"springls.h\"\n",
+    "#line 5733 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -19716,7 +20097,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5805 \"springls.h\"\n",
+    "#line 5843 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -19800,7 +20181,7 @@ static const char *const springls__kernel_lines[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the\n",
+    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
     "   first. */\n",
     "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
@@ -19852,10 +20233,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
+    "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* The first and the last of them that it comes near. */\n",
+    "/* Return the first and the last voxel of the brick that it comes near. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
@@ -19883,7 +20264,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
+    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -19914,7 +20295,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
+    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               springls__v3 x, float *phi)\n",
     "{\n",
@@ -19939,7 +20320,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
     "                                             springls__v3 normal)\n",
     "{\n",
@@ -19956,9 +20337,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
-    "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
-    "   thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
+    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
+    "   break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -20013,7 +20394,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
-    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */\n",
+    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
     "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,\n",
     "                                                SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -20085,11 +20466,11 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6175 \"springls.h\"\n",
+    "#line 6213 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
-    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
+    "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
+    "   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
     "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
@@ -20098,8 +20479,8 @@ static const char *const springls__kernel_lines[] = {
     "    return slope * slope;\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
-    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
+    "/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from\n",
+    "   10 % on in full: so repeated rebuilding does not move what is a distance already. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
     "{\n",
     "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
@@ -20109,7 +20490,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
     "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
@@ -20119,7 +20500,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
     "    int i;\n",
     "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        springls__vec v = springls__vec_load(phi + springls__tile_step(i));\n",
     "        lo = springls__vec_min(lo, v);\n",
     "        hi = springls__vec_max(hi, v);\n",
     "    }\n",
@@ -20162,7 +20543,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -20188,7 +20570,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
+    "/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */\n",
     "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20201,7 +20583,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
-    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
+    "/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */\n",
     "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20235,7 +20617,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6326 \"springls.h\"\n",
+    "#line 6365 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20263,9 +20645,9 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6354 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 6393 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20278,7 +20660,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6370 \"springls.h\"\n",
+    "#line 6409 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20362,8 +20744,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20379,7 +20762,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20398,7 +20781,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20446,9 +20829,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6538 \"springls.h\"\n",
+    "#line 6578 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20461,7 +20844,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6553 \"springls.h\"\n",
+    "#line 6593 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20545,8 +20928,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20562,7 +20946,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20581,7 +20965,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20629,7 +21013,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6721 \"springls.h\"\n",
+    "#line 6762 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -20639,7 +21023,7 @@ static const char *const springls__kernel_lines[] = {
     "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
-    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
     "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
     "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
@@ -20665,7 +21049,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6758 \"springls.h\"\n",
+    "#line 6799 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -20773,7 +21157,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6867 \"springls.h\"\n",
+    "#line 6908 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -20870,8 +21254,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6965 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "#line 7006 \"springls.h\"\n",
+    "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
     "   center and radius, comes closer than row[i]. */\n",
@@ -20890,7 +21274,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
     "{\n",
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
@@ -20945,7 +21329,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7041 \"springls.h\"\n",
+    "#line 7082 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21089,8 +21473,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so\n",
-    "   fast that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the\n",
-    "   near one. */\n",
+    "   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
     "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
@@ -21098,8 +21481,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
-    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding\n",
+    "   sphere (center, radius) is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
     "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -21107,13 +21490,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;\n",
     "        springls__vmask counts;\n",
     "        at.x = (float)x + springls__vec_from(i);\n",
     "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
     "        counts = (nearest < capture) & (d2 < within * within);\n",
     "        if (!springls__vec_any(counts)) continue;\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
+    "        vote = springls__vec_select(counts, springls__side(plan, at), zero);\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + vote);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -21178,7 +21562,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7275 \"springls.h\"\n",
+    "#line 7316 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21436,7 +21820,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7534 \"springls.h\"\n",
+    "#line 7575 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21518,7 +21902,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21522 \"springls.h\"\n",
+    "#line 21906 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22322,9 +22706,9 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
         size_t bytes = (size_t)attribute->channels * sizeof(float);
         k = springls_find_attribute(other, attribute->name);
         if (k >= 0 && other->attributes[k].channels == attribute->channels)
-            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
+            memcpy(springls__values_of(attribute, n), springls__values_of(&other->attributes[k], j), bytes);
         else
-            memset(springls__attribute_row(attribute, n), 0, bytes);
+            memset(springls__values_of(attribute, n), 0, bytes);
     }
 }
 
@@ -22357,7 +22741,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + coming)));
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], staying + coming, count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + coming, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);

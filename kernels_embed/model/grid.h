@@ -131,6 +131,12 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
+/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+SPRINGLS__MATHS int springls__tile_step(int d)
+{
+    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
@@ -173,20 +179,21 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
     return v;
 }
 
-/* Return the smallest and the largest of the six neighbours. */
+/* Returns the smallest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
+/* Returns the largest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
 }
 
-/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
     springls__vmask inside = c < 0.0f;

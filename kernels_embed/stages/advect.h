@@ -103,7 +103,8 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
+        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);

@@ -90,7 +90,7 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the
+/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
    first. */
 SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
@@ -142,10 +142,10 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
     }
 }
 
-/* Does a place in a brick's own voxels come near one of them, along one axis? */
+/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* The first and the last of them that it comes near. */
+/* Return the first and the last voxel of the brick that it comes near. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
@@ -173,7 +173,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
     }
 }
 
-/* The nearest springl of every voxel, then the sums over those that face the same way. */
+/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
                                                const int origin[3], SPRINGLS__LOCAL float *sums)
 {
@@ -204,7 +204,7 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
     return false;
 }
 
-/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
 SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
                                                springls__v3 x, float *phi)
 {
@@ -229,7 +229,7 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
                                              springls__v3 normal)
 {
@@ -246,9 +246,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
-   thread may break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
+   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
+   break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -303,7 +303,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         }
 }
 
-/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
 SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
                                                 SPRINGLS__GLOBAL float *out)
 {

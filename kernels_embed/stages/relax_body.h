@@ -81,8 +81,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -98,7 +99,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -117,7 +118,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);

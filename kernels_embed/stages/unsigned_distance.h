@@ -1,4 +1,4 @@
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 #ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
 #define SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
 
@@ -22,7 +22,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;

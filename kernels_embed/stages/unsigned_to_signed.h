@@ -147,8 +147,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
 }
 
 /* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
-   fast that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the
-   near one. */
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
 SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
     springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
@@ -156,8 +155,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan,
     return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
                                         int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
@@ -165,13 +164,14 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
         springls__vmask counts;
         at.x = (float)x + springls__vec_from(i);
         d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
         counts = (nearest < capture) & (d2 < within * within);
         if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
     }
 }
 

@@ -1,4 +1,4 @@
-/* set_level_set.h - models from signed distances, level sets, labels and thresholds; the initial springls. */
+/* set_level_set.h - builds models from signed distances, level sets, labels and thresholds, and their initial springls. */
 #ifndef SPRINGLS__INPUT_SET_LEVEL_SET_H
 #define SPRINGLS__INPUT_SET_LEVEL_SET_H
 
@@ -11,19 +11,24 @@
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "../model/host_access.h"
+#include "../model/transform.h"
 #include "../stages/evolve.h"
 #include "../stages/keep_edges.h"
 #include "../stages/rebuild.h"
 #include "../stages/unsigned_to_signed.h"
 #include "../solver/step.h"
 
-/* Distance to the border of the domain, half a voxel beyond the outermost centres; positive inside. */
+/* Returns the distance from x to the border of the domain, voxels, positive inside. The border is half a voxel beyond the
+   outermost centers. */
 SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__v3 x)
 {
-    float dx = springls__min(x.x + 0.5f, (float)g->size[0] - 0.5f - x.x), dy = springls__min(x.y + 0.5f, (float)g->size[1] - 0.5f - x.y);
-    return springls__min(springls__min(dx, dy), springls__min(x.z + 0.5f, (float)g->size[2] - 0.5f - x.z));
+    float dx = springls__min(x.x + 0.5f, (float)g->size[0] - 0.5f - x.x);
+    float dy = springls__min(x.y + 0.5f, (float)g->size[1] - 0.5f - x.y);
+    float dz = springls__min(x.z + 0.5f, (float)g->size[2] - 0.5f - x.z);
+    return springls__min(springls__min(dx, dy), dz);
 }
 
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -32,25 +37,30 @@ SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
-/* ---- a signed distance asked where it is needed ---- */
+/* ---- from a signed distance, evaluated in the narrow band only ---- */
 
+/* Computes the signed distance at `count` points, all in voxels, negative inside. Called from several threads at once. */
 typedef void (*springls__distance_fn)(void *arg, const springls__v3 *points, int count, float *out);
 
 typedef struct springls__distance_job {
     springls_context *ctx;
     springls__distance_fn fn;
     void *arg;
-    float *centers;
-    const int *active; /* the bricks of this part of the work */
+    float *centers;    /* [brick] distance at its center                       */
+    const int *active; /* the slots that this call of springls__parallel fills */
 } springls__distance_job;
 
-SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, const springls__v3 *points, int count, float *out)
+/* Evaluates the distance at the points, cut off at the border of the domain: outside of it nothing is inside. */
+SPRINGLS__FN void springls__evaluate_distances(const springls__distance_job *job, const springls__v3 *points, int count,
+                                               float *out)
 {
     int i;
     job->fn(job->arg, points, count, out);
-    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]); /* NaN stays */
+    for (i = 0; i < count; i++) /* keeps NaN */
+        out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]);
 }
 
+/* Evaluates the distance at the centers of bricks. */
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
@@ -64,11 +74,12 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
             points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
             points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
         }
-        springls__ask_distances(job, points, count, job->centers + begin);
+        springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
     }
 }
 
+/* Evaluates the distance at the voxels of bricks, clamped to the band's far value. */
 SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
@@ -80,97 +91,146 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
         springls__slot_origin(g, job->active[begin], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
-        springls__ask_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
+        springls__evaluate_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (phi[v] == phi[v]) phi[v] = springls__clamp(phi[v], -g->far_value, g->far_value);
     }
 }
 
-/* The narrow band of a signed distance, in voxels, negative inside; beyond the band a lower bound of its size will do.
-   fn is called concurrently. */
-SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+/* Finds the bricks whose center is so near to the surface that the band may pass through them, and makes them active; all
+   others become inside or outside. */
+SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
 {
     springls__grid *g = &ctx->model.grid;
-    const float reach = ctx->model.params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
-    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, part, *list;
+    const float half_diagonal = 6.1f; /* of a brick, voxels, rounded up */
+    const float near_band = ctx->model.params.band_half_width + 1.0f + half_diagonal;
+    int bricks = (int)springls__brick_count(g), i, n = 0, *list;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    job->centers = springls__brick_centers(&ctx->model);
+    list = springls__brick_list(&ctx->model);
+    springls__parallel(ctx, bricks, 512, springls__center_task, job);
+    for (i = 0; i < bricks; i++) {
+        float d = job->centers[i];
+        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
+        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        if (springls__fabs(d) <= near_band) list[n++] = i;
+    }
+    return springls__grid_add_bricks(ctx, list, n);
+}
+
+/* Evaluates the distance at the voxels of all active bricks, in sixteen parts, and reports progress after each. */
+SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx, springls__distance_job *job)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int part = g->active_count / 16 + 1;
+    int i, n, v;
+    for (i = 0; i < g->active_count; i += part) {
+        n = springls__imin(part, g->active_count - i);
+        job->active = g->active + i;
+        springls__parallel(ctx, n, 2, springls__voxel_task, job);
+        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
+    }
+    for (i = 0; i < g->active_count; i++) {
+        const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (phi[v] != phi[v])
+                return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d",
+                                      g->slot_brick[g->active[i]]);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty grid with the narrow band of a signed distance. Beyond the band a lower bound of its size is enough. On
+   failure (NaN, cancelled, out of memory) the grid is left unfinished. */
+SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+{
     springls__distance_job job;
     job.ctx = ctx;
     job.fn = fn;
     job.arg = arg;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
-    job.centers = springls__brick_centers(&ctx->model);
-    list = springls__brick_list(&ctx->model);
-    springls__parallel(ctx, bricks, 512, springls__center_task, &job);
-    for (i = 0; i < bricks; i++) {
-        float d = job.centers[i];
-        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
-        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        if (springls__fabs(d) <= reach) list[n++] = i;
-    }
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, list, n));
-    part = g->active_count / 16 + 1;
-    for (i = 0; i < g->active_count; i += part) { /* a report after each */
-        n = springls__imin(part, g->active_count - i);
-        job.active = g->active + i;
-        springls__parallel(ctx, n, 2, springls__voxel_task, &job);
-        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
-            return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
-    }
-    for (i = 0; i < g->active_count; i++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v] != g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v])
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d", g->slot_brick[g->active[i]]);
+    SPRINGLS__TRY(springls__bricks_near_surface(ctx, &job));
+    SPRINGLS__TRY(springls__fill_active_bricks(ctx, &job));
     return springls__band_move(ctx);
 }
 
-/* ---- dense voxels ---- */
+/* ---- from dense voxels ---- */
 
+/* Returns the value of a voxel, negative inside; index: x fastest. */
 typedef float (*springls__voxel_fn)(const void *arg, size_t index);
 
-/* Bricks in which the function changes sign, those at the border of the domain that are inside, and all around them: their
-   values are needed for slopes. */
+SPRINGLS__FN size_t springls__voxel_index(const springls__grid *g, int x, int y, int z)
+{
+    return (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z);
+}
+
+/* Counts the voxels of a brick and of the layer of one voxel around it, and those that are inside. Fails when one is not
+   finite. */
+SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                    const int brick[3], int *inside, int *total)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int lo[3], hi[3], x, y, z, d;
+    for (d = 0; d < 3; d++) {
+        lo[d] = springls__imax(8 * brick[d] - 1, 0);
+        hi[d] = springls__imin(8 * brick[d] + 9, g->size[d]);
+    }
+    *inside = *total = 0;
+    for (z = lo[2]; z < hi[2]; z++)
+        for (y = lo[1]; y < hi[1]; y++)
+            for (x = lo[0]; x < hi[0]; x++) {
+                float v = value(arg, springls__voxel_index(g, x, y, z));
+                if (!(springls__fabs(v) <= FLT_MAX))
+                    return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
+                *inside += v < 0.0f;
+                (*total)++;
+            }
+    return SPRINGLS_OK;
+}
+
+/* Marks a brick and those of its 26 neighbors that exist. */
+SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int brick[3], uint8_t *wanted)
+{
+    int d;
+    for (d = 0; d < 27; d++) {
+        int i = brick[0] + d % 3 - 1, j = brick[1] + d / 3 % 3 - 1, k = brick[2] + d / 9 - 1;
+        if (i >= 0 && j >= 0 && k >= 0 && i < bricks[0] && j < bricks[1] && k < bricks[2])
+            wanted[i + bricks[0] * (j + bricks[1] * k)] = 1;
+    }
+}
+
+/* Makes the bricks active that the surface passes through, and all around them, whose values its slopes need. The surface
+   passes where the function changes sign, and where the inside meets the border of the domain. */
 SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
-    int n = 0, brick, *list, x, y, z, d;
+    int n = 0, brick, *list, d;
     uint8_t *wanted;
-    bool at_border;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
     wanted = springls__brick_wanted(&ctx->model);
     list = springls__brick_list(&ctx->model);
     memset(wanted, 0, (size_t)bricks);
     for (brick = 0; brick < bricks; brick++) {
-        int o[3], inside = 0, seen = 0, at[3];
+        int at[3], inside, total;
+        bool at_border = false;
         at[0] = brick % b[0];
         at[1] = brick / b[0] % b[1];
         at[2] = brick / (b[0] * b[1]);
-        for (d = 0; d < 3; d++) o[d] = 8 * at[d];
-        for (z = springls__imax(o[2] - 1, 0); z < springls__imin(o[2] + 9, g->size[2]); z++)
-            for (y = springls__imax(o[1] - 1, 0); y < springls__imin(o[1] + 9, g->size[1]); y++)
-                for (x = springls__imax(o[0] - 1, 0); x < springls__imin(o[0] + 9, g->size[0]); x++) {
-                    float v = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
-                    if (!(springls__fabs(v) <= FLT_MAX))
-                        return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
-                    inside += v < 0.0f;
-                    seen++;
-                }
-        g->top[brick] = inside == seen ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        for (at_border = false, d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
-        if (inside == 0 || (inside == seen && !at_border)) continue;
-        for (d = 0; d < 27; d++) {
-            int i = at[0] + d % 3 - 1, j = at[1] + d / 3 % 3 - 1, k = at[2] + d / 9 - 1;
-            if (i >= 0 && j >= 0 && k >= 0 && i < b[0] && j < b[1] && k < b[2]) wanted[i + b[0] * (j + b[1] * k)] = 1;
-        }
+        SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
+        g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
+        if (inside == 0 || (inside == total && !at_border)) continue;
+        springls__mark_neighborhood(b, at, wanted);
     }
     for (brick = 0; brick < bricks; brick++)
         if (wanted[brick]) list[n++] = brick;
     return springls__grid_add_bricks(ctx, list, n);
 }
 
-/* The mean difference of neighbours on different sides; 1 if there are none. */
+/* Returns the mean difference of values between neighbor voxels on different sides; 1 when there are none. */
 SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
 {
     float tile[SPRINGLS__TILE_VOXELS];
@@ -191,36 +251,48 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
     return sum > 0.0 ? sum / count : 1.0;
 }
 
-/* From any function negative inside, of any scale: what is not of the order of a distance is made so, no value loses its
-   sign; then it is re-distanced outwards from its zero. */
-SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+/* Copies the caller's values into the active bricks. */
+SPRINGLS__FN void springls__copy_voxels(const springls__grid *g, springls__voxel_fn value, const void *arg)
 {
-    const float least = 1e-6f, most = 1e6f;
-    springls__grid *g = &ctx->model.grid;
-    double slope, scale;
-    int i, v, pass;
-    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    int i, v;
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         int o[3];
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (!springls__grid_contains(g, x, y, z)) continue;
-            phi[v] = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
+            if (springls__grid_contains(g, x, y, z)) phi[v] = value(arg, springls__voxel_index(g, x, y, z));
         }
     }
-    slope = springls__slope_at_zero(g);
-    scale = slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope;
+}
+
+/* Multiplies the values of the active bricks by `scale`, and keeps them within float32's useful range: none inside becomes 0. */
+SPRINGLS__FN void springls__scale_voxels(const springls__grid *g, double scale)
+{
+    const float smallest = 1e-6f, largest = 1e6f;
+    int i, v;
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             double scaled = fabs((double)phi[v]) * scale;
-            float size = scaled < (double)most ? (float)scaled : most;
-            if (phi[v] < 0.0f) size = springls__max(size, least);
+            float size = scaled < (double)largest ? (float)scaled : largest;
+            if (phi[v] < 0.0f) size = springls__max(size, smallest);
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
+}
+
+/* Fills an empty grid from any function that is negative inside. Values whose slope is far from 1 are scaled first; then phi
+   is re-distanced outwards from its zero. */
+SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    const springls__grid *g = &ctx->model.grid;
+    double slope;
+    int pass;
+    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    springls__copy_voxels(g, value, arg);
+    slope = springls__slope_at_zero(g);
+    springls__scale_voxels(g, slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope);
     springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, NULL);
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
@@ -233,7 +305,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* phi's zero by three Newton steps along its gradient. */
+/* Moves a point near the zero level of phi onto it, by three Newton steps along the gradient of at most half a voxel each. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
@@ -245,39 +317,54 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
     return x;
 }
 
+/* Makes the springl of triangle k of a marching cube with its corner at (x, y, z) and `stride` voxels a side. */
+SPRINGLS__FN springls__springl springls__initial_springl(const springls_context *ctx, springls__mc_cell cell, int mask, int k,
+                                                         springls__v3 corner, int stride)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const bool project = ctx->model.params.project_initial != 0;
+    springls__springl s;
+    int m;
+    for (m = 0; m < 3; m++) {
+        int edge = springls__mc_edge(mask, k, m);
+        s.q[m] = springls__mad(corner, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
+        if (project) s.q[m] = springls__to_zero_level(g, s.q[m]);
+    }
+    s.p = springls__tri_centroid(springls__springl_tri(s));
+    if (project) {
+        springls__v3 p = springls__to_zero_level(g, s.p);
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
+        s.p = p;
+    }
+    return s;
+}
+
+/* Appends the springls of one marching cube; none, and counts them as refused, when max_springls would be exceeded. */
 SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__mc_cell cell;
-    springls__springl s;
-    int c, k, m, mask;
+    int c, k, mask, triangles;
     for (c = 0; c < 8; c++)
         cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
     mask = springls__mc_case(cell);
-    if (springls__mc_count(mask) == 0) return SPRINGLS_OK;
-    if (ctx->model.set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
-        ctx->stats.refused += springls__mc_count(mask);
+    triangles = springls__mc_count(mask);
+    if (triangles == 0) return SPRINGLS_OK;
+    if (ctx->model.set.count + triangles > ctx->desc.max_springls) {
+        ctx->stats.refused += triangles;
         return SPRINGLS_OK;
     }
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + springls__mc_count(mask)));
-    for (k = 0; k < springls__mc_count(mask); k++) {
-        for (m = 0; m < 3; m++) {
-            int edge = springls__mc_edge(mask, k, m);
-            s.q[m] = springls__mad(springls__v3_make((float)x, (float)y, (float)z), springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
-            if (ctx->model.params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
-        }
-        s.p = springls__tri_centroid(springls__springl_tri(s));
-        if (ctx->model.params.project_initial) {
-            springls__v3 p = springls__to_zero_level(g, s.p);
-            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
-            s.p = p;
-        }
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + triangles));
+    for (k = 0; k < triangles; k++) {
+        springls__v3 corner = springls__v3_make((float)x, (float)y, (float)z);
+        springls__springl s = springls__initial_springl(ctx, cell, mask, k, corner, stride);
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     return SPRINGLS_OK;
 }
 
-/* Marching cubes of phi on every `initial_stride`-th voxel. */
+/* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1), and
+   makes the model the original surface. Fails when there are none. */
 SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -292,21 +379,24 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                 for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
                     SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
     }
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
+    if (ctx->model.set.count == 0)
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL,
+                              "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 
-/* ---- public ---- */
+/* ---- public calls ---- */
 
 typedef struct springls__implicit_job { springls_context *ctx; springls_implicit_fn fn; void *user; } springls__implicit_job;
 
+/* Evaluates the user's function at points in voxels, as a distance in voxels: a lower bound where the spacing is not uniform. */
 SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__implicit_job *job = (const springls__implicit_job *)arg;
     springls__v3 world[SPRINGLS__BRICK_VOXELS];
-    float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
+    float scale = 1.0f / job->ctx->largest_spacing;
     float *xyz = (float *)(void *)world;
     int i;
     memcpy(world, points, (size_t)count * sizeof *world);
@@ -338,6 +428,7 @@ SPRINGLS__FN float springls__level_set_value(const void *arg, size_t index) { re
 
 typedef struct springls__label_source { const int32_t *labels; int32_t label; } springls__label_source;
 
+/* Returns -0.5 in voxels of the label (of any but 0 when the label is negative), else 0.5. */
 SPRINGLS__FN float springls__label_value(const void *arg, size_t index)
 {
     const springls__label_source *source = (const springls__label_source *)arg;
@@ -347,6 +438,7 @@ SPRINGLS__FN float springls__label_value(const void *arg, size_t index)
 
 typedef struct springls__threshold_source { const float *intensity; float low, high, scale; } springls__threshold_source;
 
+/* Returns the scaled distance of an intensity to [low, high], negative between them; 1 for NaN. */
 SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
 {
     const springls__threshold_source *source = (const springls__threshold_source *)arg;
@@ -355,6 +447,7 @@ SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
     return springls__clamp(springls__max(source->low - v, v - source->high) * source->scale, -1e6f, 1e6f);
 }
 
+/* Replaces the model by one from dense voxels; empty on failure. */
 SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     springls_status status;
@@ -387,7 +480,8 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     size_t i, n;
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!intensity || !(low <= high)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
+    if (!intensity || !(low <= high))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
@@ -396,7 +490,7 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     source.intensity = intensity;
     source.low = low;
     source.high = high;
-    source.scale = highest > lowest ? 256.0f / (highest - lowest) : 1.0f; /* slopes of order one, whatever the unit */
+    source.scale = highest > lowest ? 256.0f / (highest - lowest) : 1.0f; /* slopes of order 1 for every unit */
     return springls__set_voxels(ctx, springls__threshold_value, &source);
 }
 
@@ -422,35 +516,59 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
+/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
+
+SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                      const float *correspondences, int count)
+{
+    int i;
+    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    for (i = 0; i < count; i++)
+        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
+            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
+            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
+SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                     int count)
+{
+    int i, m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    for (i = 0; i < count; i++) {
+        springls__springl s;
+        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
+        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    for (i = 0; i < 4; i++) {
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    }
+    return springls__adopt_reference(ctx);
+}
+
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count)
 {
     springls_status status;
-    int i, m, k;
+    int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: vertices is NULL, or the count %d is out of range", count);
-    for (i = 0; i < count; i++)
-        for (k = 0; k < 9; k++)
-            if (!(springls__fabs(vertices[9 * i + k]) < 1e6f) || (k < 3 && particles && !(springls__fabs(particles[3 * i + k]) < 1e6f))
-                || (k < 3 && correspondences && !(springls__fabs(correspondences[3 * i + k]) < 1e6f)))
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
     springls__clear_model(ctx);
-    status = springls__constellation_reserve(ctx, count);
-    for (i = 0; i < count && status == SPRINGLS_OK; i++) {
-        springls__springl s;
-        for (m = 0; m < 3; m++) s.q[m] = springls__v3_make(vertices[9 * i + 3 * m], vertices[9 * i + 3 * m + 1], vertices[9 * i + 3 * m + 2]);
-        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
-    }
-    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__unsigned_to_signed);
-    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__run_to_completion(ctx, springls__evolve);
-        if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__rebuild);
-    }
-    if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
+    status = springls__take_springls(ctx, vertices, particles, count);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
+        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
     return springls__clear_on_failure(ctx, status);
 }
 

@@ -1,14 +1,14 @@
-/* set_mesh.h - an indexed triangle mesh becomes springls and a level set.
+/* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
-   Signs come from one mechanism, the generalised winding number, for clean and dirty meshes alike. Where every edge is
-   balanced (as many triangles run along it one way as the other) it is a whole number and changes at the surface only;
-   then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
-   edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
-   There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
-   film together. Springls of the film follow those of the triangles; were they left to the first fill, they would take
-   correspondences from the rims.
+   The sign of phi comes from the generalized winding number w, for clean and for damaged meshes alike. An edge is balanced
+   when as many triangles run along it in one direction as in the other.
+     Every edge balanced: w is a whole number that changes only at the surface. Two overlapping balls free of surface lie on
+     one side, so most voxels take the sign of a neighbor and w is computed for few.
+     Some edge unbalanced: the surface is open. The level w = 1/2 closes its holes like a soap film, and phi is the distance
+     to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
+     are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
 #ifndef SPRINGLS__INPUT_SET_MESH_H
 #define SPRINGLS__INPUT_SET_MESH_H
 
@@ -28,20 +28,25 @@
 #include "../stages/rebuild.h"
 #include "set_level_set.h"
 
+/* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
+   triangles run from low to high less how many run from high to low. */
 typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
 
-/* Working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the triangle's next corner. */
+enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
+
+/* Holds the working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the next corner. */
 typedef struct springls__mesh_intake {
-    springls__v3 *point;    /* voxel coordinates, by position                                                   */
-    int *weld;              /* the first position equal to a position                                           */
-    int *table;             /* hash table: positions, later edges; -1 is free                                   */
-    int *corner, *triangle; /* 3 welded corners and the number of every triangle without repeated corners       */
-    int *edge;              /* of a half-edge                                                                   */
-    springls__mesh_edge *edges;
-    uint8_t *turn;          /* the triangle is to be turned; 2: not reached yet                                 */
-    int *queue;
+    springls__v3 *point;        /* [position]  voxel coordinates                                                   */
+    int *weld;                  /* [position]  the first position with the same coordinates                        */
+    int *table;                 /* [table_size] hash table of positions, later of edges; -1: free                  */
+    int *corner;                /* [3 * count] welded corners of the triangles without a repeated corner           */
+    int *triangle;              /* [count]     their numbers in the caller's mesh                                  */
+    int *edge;                  /* [3 * count] index into edges, by half-edge                                      */
+    springls__mesh_edge *edges; /* [edge_count]                                                                    */
+    uint8_t *turn;              /* [count]     1: exchange corners 1 and 2; SPRINGLS__MESH_UNREACHED: undecided    */
+    int *queue;                 /* [count]     triangles of the patch that springls__mesh_orient walks over        */
     int count, edge_count;
-    size_t table_size;
+    size_t table_size;          /* a power of two                                                                  */
     springls__buffer memory[9];
 } springls__mesh_intake;
 
@@ -51,6 +56,7 @@ SPRINGLS__FN void springls__mesh_intake_free(springls_context *ctx, springls__me
     for (i = 0; i < 9; i++) springls__buffer_free(ctx, &m->memory[i]);
 }
 
+/* Allocates the working memory for a mesh of that many positions and triangles. */
 SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx, springls__mesh_intake *m, int positions,
                                                            int triangles)
 {
@@ -80,46 +86,71 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
 
 SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
 
-/* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
+/* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
+   twentieth of a voxel. */
+SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
+{
+    const double furthest = 1e6; /* voxels */
+    double x[3];
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!springls__finite((double)world[k]))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    for (k = 0; k < 3; k++) {
+        if (!(x[k] >= -furthest && x[k] <= furthest))
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
+        voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns the first position with the same coordinates as m->point[i], and enters i into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
+{
+    const springls__v3 x = m->point[i];
+    size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        springls__v3 other = m->point[m->table[slot]];
+        if (other.x == x.x && other.y == x.y && other.z == x.z) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = i;
+    return m->table[slot];
+}
+
+/* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
+   bounds of the mesh in voxels. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles,
                                                  int triangle_count, float lower[3], float upper[3])
 {
-    const double furthest = 1e6; /* voxels: beyond it float32 does not resolve a twentieth of a voxel */
-    size_t mask = m->table_size - 1, slot;
+    size_t slot;
     int i, j, k;
     for (i = 0; i < position_count; i++) m->weld[i] = -1;
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
     for (j = 0; j < 3 * triangle_count; j++) {
-        const float *world;
-        double voxel[3];
-        float x[3];
+        float x[3] = { 0.0f, 0.0f, 0.0f };
         i = triangles[j];
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
         if (m->weld[i] >= 0) continue;
-        world = springls__mesh_position(positions, stride, i);
-        for (k = 0; k < 3; k++)
-            if (!springls__finite((double)world[k]))
-                return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", i);
-        springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], voxel);
+        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
         for (k = 0; k < 3; k++) {
-            if (!(voxel[k] >= -furthest && voxel[k] <= furthest))
-                return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", i);
-            x[k] = (float)voxel[k] + 0.0f; /* no negative zero */
             lower[k] = springls__min(lower[k], x[k]);
             upper[k] = springls__max(upper[k], x[k]);
         }
         m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        slot = springls__hash3(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
-        for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
-            springls__v3 other = m->point[m->table[slot]];
-            if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
-        }
-        if (m->table[slot] < 0) m->table[slot] = i;
-        m->weld[i] = m->table[slot];
+        m->weld[i] = springls__mesh_first_equal(m, i);
     }
+    return SPRINGLS_OK;
+}
+
+/* Lists the triangles whose three welded corners differ. Writes m->corner, m->triangle and m->count. */
+SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const int *triangles, int triangle_count)
+{
+    int j;
     m->count = 0;
     for (j = 0; j < triangle_count; j++) {
         int a = m->weld[triangles[3 * j]], b = m->weld[triangles[3 * j + 1]], c = m->weld[triangles[3 * j + 2]];
@@ -129,15 +160,15 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
         m->corner[3 * m->count + 2] = c;
         m->triangle[m->count++] = j;
     }
-    return SPRINGLS_OK;
 }
 
-/* +1 when the half-edge runs from its edge's lower corner to the higher, -1 otherwise. */
+/* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
 SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
 {
     return m->corner[half] < m->corner[springls__mesh_next(half)] ? 1 : -1;
 }
 
+/* Finds the edges of the listed triangles. Writes m->edges, m->edge and m->edge_count. */
 SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
 {
     size_t mask = m->table_size - 1, slot;
@@ -164,7 +195,7 @@ SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
     }
 }
 
-/* Adds up, for every edge, which way its triangles run along it; returns how many edges are not balanced. */
+/* Computes the balance of every edge, of triangles turned as m->turn has it; returns how many edges are not balanced. */
 SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
 {
     int e, h, unbalanced = 0;
@@ -175,7 +206,7 @@ SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
     return unbalanced;
 }
 
-/* Parts that share a point are one component. `weld` has done its work and becomes the forest. */
+/* Counts the connected components; triangles that share a point are connected. Overwrites m->weld with a union-find forest. */
 SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
 {
     int h, components = 0;
@@ -195,6 +226,7 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
     return components;
 }
 
+/* Returns twice the area of a listed triangle, voxel^2. */
 SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, int triangle)
 {
     springls__tri t;
@@ -204,86 +236,113 @@ SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, i
     return (double)springls__length(springls__tri_area2(t));
 }
 
-/* Turns triangles so that neighbours agree: over every patch joined by edges of two triangles, the smaller area turns. */
+/* Orients the patch of triangles around `seed` like the seed; a patch is connected through edges of two triangles. Writes
+   the patch to m->queue, m->turn of its triangles, and in area[0] and area[1] twice the area not turned and turned, voxel^2.
+   Returns the number of triangles in the patch. */
+SPRINGLS__FN int springls__mesh_orient_patch(springls__mesh_intake *m, int seed, double area[2])
+{
+    int head = 0, tail = 0, k;
+    area[0] = area[1] = 0.0;
+    m->turn[seed] = 0;
+    m->queue[tail++] = seed;
+    while (head < tail) {
+        int t = m->queue[head++];
+        area[m->turn[t]] += springls__mesh_double_area(m, t);
+        for (k = 0; k < 3; k++) {
+            int h = 3 * t + k, other, same;
+            const springls__mesh_edge *edge = &m->edges[m->edge[h]];
+            if (edge->count != 2) continue;
+            other = edge->half[0] == h ? edge->half[1] : edge->half[0];
+            if (m->turn[other / 3] != SPRINGLS__MESH_UNREACHED) continue;
+            same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
+            m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
+            m->queue[tail++] = other / 3;
+        }
+    }
+    return tail;
+}
+
+/* Writes m->turn so that neighbors agree; of each patch the part with the smaller area is turned. */
 SPRINGLS__FN void springls__mesh_orient(springls__mesh_intake *m)
 {
-    int seed, i, k;
-    memset(m->turn, 2, (size_t)m->count);
+    double area[2];
+    int seed, patch, i;
+    memset(m->turn, SPRINGLS__MESH_UNREACHED, (size_t)m->count);
     for (seed = 0; seed < m->count; seed++) {
-        int head = 0, tail = 0;
-        double area[2] = { 0.0, 0.0 };
-        if (m->turn[seed] != 2) continue;
-        m->turn[seed] = 0;
-        m->queue[tail++] = seed;
-        while (head < tail) {
-            int t = m->queue[head++];
-            area[m->turn[t]] += springls__mesh_double_area(m, t);
-            for (k = 0; k < 3; k++) {
-                int h = 3 * t + k, other, same;
-                const springls__mesh_edge *edge = &m->edges[m->edge[h]];
-                if (edge->count != 2) continue;
-                other = edge->half[0] == h ? edge->half[1] : edge->half[0];
-                if (m->turn[other / 3] != 2) continue;
-                same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
-                m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
-                m->queue[tail++] = other / 3;
-            }
-        }
+        if (m->turn[seed] != SPRINGLS__MESH_UNREACHED) continue;
+        patch = springls__mesh_orient_patch(m, seed, area);
         if (area[1] > area[0])
-            for (i = 0; i < tail; i++) m->turn[m->queue[i]] ^= 1;
+            for (i = 0; i < patch; i++) m->turn[m->queue[i]] ^= 1;
     }
 }
 
-/* Signed volume, about the area's centre, and area, world units. turned: as the triangles will be, not as they came. */
-SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride, bool turned,
-                                          double *area)
+/* Loads the corners of a listed triangle, less `center`, and its area normal (p1 - p0) x (p2 - p0). World units. */
+SPRINGLS__FN void springls__mesh_world_triangle(const springls__mesh_intake *m, const float *positions, size_t stride, int t,
+                                                const double center[3], double p[3][3], double normal[3])
 {
-    double center[3] = { 0.0, 0.0, 0.0 }, volume = 0.0, total = 0.0;
-    int pass, t, i, k;
-    for (pass = 0; pass < 2; pass++) {
-        for (t = 0; t < m->count; t++) {
-            double p[3][3], n[3], a, v = 0.0;
-            for (i = 0; i < 3; i++)
-                for (k = 0; k < 3; k++)
-                    p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - (pass ? center[k] : 0.0);
-            for (k = 0; k < 3; k++) {
-                int u = (k + 1) % 3, w = (k + 2) % 3;
-                n[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
-            }
-            if (pass) {
-                for (k = 0; k < 3; k++) v += n[k] * p[0][k];
-                volume += turned && m->turn[t] ? -v : v;
-            } else {
-                a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-                total += a;
-                for (k = 0; k < 3; k++) center[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
-            }
-        }
-        for (k = 0; k < 3 && !pass; k++) center[k] = total > 0.0 ? center[k] / total : 0.0;
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - center[k];
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, w = (k + 2) % 3;
+        normal[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
     }
-    *area = 0.5 * total;
+}
+
+/* Returns the area of the listed triangles, and their center weighted by area. World units. */
+SPRINGLS__FN double springls__mesh_area(const springls__mesh_intake *m, const float *positions, size_t stride, double center[3])
+{
+    static const double origin[3] = { 0.0, 0.0, 0.0 };
+    double sum[3] = { 0.0, 0.0, 0.0 }, total = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double a;
+        springls__mesh_world_triangle(m, positions, stride, t, origin, p, n);
+        a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        total += a;
+        for (k = 0; k < 3; k++) sum[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
+    }
+    for (k = 0; k < 3; k++) center[k] = total > 0.0 ? sum[k] / total : 0.0;
+    return 0.5 * total;
+}
+
+/* Returns the signed volume by the divergence theorem about `center`, world units; positive when the triangles face outwards.
+   turned: orients the triangles as m->turn has it, not as they came. */
+SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride,
+                                          const double center[3], bool turned)
+{
+    double volume = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double v = 0.0;
+        springls__mesh_world_triangle(m, positions, stride, t, center, p, n);
+        for (k = 0; k < 3; k++) v += n[k] * p[0][k];
+        volume += turned && m->turn[t] ? -v : v;
+    }
     return volume / 6.0;
 }
 
 /* ---- the call ---- */
 
-SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, int left)
+/* Logs what was repaired. repaired: the triangles' orientation was. */
+SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, bool repaired)
 {
     if (!r->closed)
         springls__log(ctx, 2, "mesh not closed (%d boundary, %d non-manifold, %d misoriented edges): inside is where the "
                       "winding number exceeds one half; %d triangles without area dropped%s", r->boundary_edges,
-                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, left ? "" : ", orientation repaired");
+                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, repaired ? ", orientation repaired" : "");
     else if (r->flipped || r->triangles_dropped)
         springls__log(ctx, 2, "mesh%s, %d triangles without area dropped", r->flipped ? " was inside out and has been turned"
                       : " is closed", r->triangles_dropped);
 }
 
-/* Moves the triangles that have an area to the front; they may be none. */
+/* Removes the triangles without an area from the list; none may remain. */
 SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 {
     int t, k, n = 0;
     for (t = 0; t < m->count; t++) {
-        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* as springls__tri_closest has it */
+        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* the limit of springls__tri_closest */
         for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
         m->triangle[n] = m->triangle[t];
         m->turn[n++] = m->turn[t];
@@ -291,13 +350,11 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
+SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
 {
-    springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
     int t, k;
-    springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
     for (t = 0; t < m->count; t++) {
         springls__springl s;
         springls__tri tri;
@@ -308,6 +365,37 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
         s.p = springls__tri_centroid(tri);
         springls__constellation_append(ctx, &s, s.p, 0u, 0u);
     }
+}
+
+/* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
+SPRINGLS__FN springls_status springls__mesh_store_sources(springls_context *ctx, const springls__mesh_intake *m, int given)
+{
+    int t;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
+    ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
+    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    return SPRINGLS_OK;
+}
+
+/* Covers the film that closes the holes of an open mesh with springls. */
+SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    springls__finish_loop(ctx);
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
+   model is left unfinished. */
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+{
+    springls__mesh_distance distance;
+    springls__clear_model(ctx);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
+    springls__mesh_append_springls(ctx, m);
     SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
@@ -317,37 +405,32 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
-    ctx->original.source = (int *)ctx->original.source_memory.data;
-    ctx->original.given = given;
-    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
-    if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
-    springls__finish_loop(ctx);
-    SPRINGLS__TRY(springls__fill_exposed(ctx));
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
+    return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
 
-SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
-                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
-                                                 springls_mesh_report *report)
+/* Compares the mesh's bounds with the grid's, in voxels. Fails when they do not meet. *beyond: a part lies outside. */
+SPRINGLS__FN springls_status springls__mesh_check_bounds(springls_context *ctx, const float lower[3], const float upper[3],
+                                                         bool *beyond)
 {
-    float lower[3], upper[3];
-    bool beyond = false, outside = false;
-    int e, t, k, unbalanced;
-    springls_status status;
-    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
-    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    bool outside = false;
+    int k;
+    *beyond = false;
     for (k = 0; k < 3; k++) {
         float last = (float)ctx->desc.grid.size[k] - 0.5f;
-        beyond = beyond || lower[k] < -0.5f || upper[k] > last;
+        *beyond = *beyond || lower[k] < -0.5f || upper[k] > last;
         outside = outside || upper[k] < -0.5f || lower[k] > last;
     }
     if (outside) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh lies outside the grid: voxels (%g %g %g) to (%g %g %g)",
                                        (double)lower[0], (double)lower[1], (double)lower[2], (double)upper[0],
                                        (double)upper[1], (double)upper[2]);
-    springls__mesh_edges(m);
+    return SPRINGLS_OK;
+}
+
+/* Writes the report's counts of edges and components. Overwrites m->weld. */
+SPRINGLS__FN void springls__mesh_report_topology(springls__mesh_intake *m, springls_mesh_report *report)
+{
+    int e;
     for (e = 0; e < m->edge_count; e++) {
         const springls__mesh_edge *edge = &m->edges[e];
         report->boundary_edges += edge->count == 1;
@@ -358,22 +441,47 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     report->closed = !report->boundary_edges && !report->nonmanifold_edges && !report->misoriented_edges;
     report->used_winding = !report->closed;
     report->components = springls__mesh_components(m);
+}
+
+/* Writes m->turn so that neighbors agree and the triangles face outwards, and the report's area, volume (as the triangles
+   came) and flipped. Returns how many edges are not balanced then. */
+SPRINGLS__FN int springls__mesh_face_outwards(springls__mesh_intake *m, const float *positions, size_t stride,
+                                              springls_mesh_report *report)
+{
+    double center[3];
+    int t, unbalanced;
     memset(m->turn, 0, (size_t)m->count);
-    report->volume = springls__mesh_volume(m, positions, stride, false, &report->area);
+    report->area = springls__mesh_area(m, positions, stride, center);
+    report->volume = springls__mesh_volume(m, positions, stride, center, false);
     if (report->misoriented_edges) springls__mesh_orient(m);
     unbalanced = springls__mesh_balance(m);
-    {
-        double area;
-        report->flipped = springls__mesh_volume(m, positions, stride, true, &area) < 0.0;
-    }
-    if (report->flipped)
-        for (t = 0; t < m->count; t++) m->turn[t] ^= 1;
+    report->flipped = springls__mesh_volume(m, positions, stride, center, true) < 0.0;
+    for (t = 0; report->flipped && t < m->count; t++) m->turn[t] ^= 1;
+    return unbalanced;
+}
+
+/* Does the work of springls_set_mesh on arguments that have been checked and a report of zeros. */
+SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
+                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
+                                                 springls_mesh_report *report)
+{
+    float lower[3], upper[3];
+    bool beyond;
+    int unbalanced;
+    springls_status status;
+    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
+    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    springls__mesh_list_triangles(m, triangles, triangle_count);
+    SPRINGLS__TRY(springls__mesh_check_bounds(ctx, lower, upper, &beyond));
+    springls__mesh_edges(m);
+    springls__mesh_report_topology(m, report);
+    unbalanced = springls__mesh_face_outwards(m, positions, stride, report);
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
-    springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
+    springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
 }
@@ -390,7 +498,8 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (stride == 0) stride = 3 * sizeof(float);
     if (position_count < 0 || triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count, triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count,
+                              triangle_count);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes", (unsigned long)stride);
     if ((!positions && position_count) || (!triangles && triangle_count))

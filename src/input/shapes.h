@@ -1,5 +1,5 @@
-/* shapes.h - ready-made implicit functions for springls_set_implicit: exact signed distances, negative inside.
-   The one exception is the inside of merged spheres near a point that three of them share: there it is a lower bound. */
+/* shapes.h - computes the signed distances of simple shapes, for springls_set_implicit. They are exact, except inside of merged
+   spheres near a point that three of them share: there the value is a lower bound. */
 #ifndef SPRINGLS__INPUT_SHAPES_H
 #define SPRINGLS__INPUT_SHAPES_H
 
@@ -28,7 +28,7 @@ SPRINGLS_API void springls_implicit_box(void *box, const float *points, int coun
     }
 }
 
-/* The axis need not be a unit vector; a zero axis is z. */
+/* Accepts an axis of any length; a zero axis is z. */
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out)
 {
     const springls_torus *t = (const springls_torus *)torus;
@@ -43,7 +43,7 @@ SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int 
     }
 }
 
-/* Is x deeper than eps inside a sphere other than i and j? */
+/* Returns 1 when x is deeper than eps inside a sphere other than i and j. */
 SPRINGLS__FN int springls__in_other_sphere(const springls_metasphere *m, springls__v3 x, int i, int j, float eps)
 {
     int k;
@@ -53,43 +53,51 @@ SPRINGLS__FN int springls__in_other_sphere(const springls_metasphere *m, springl
     return 0;
 }
 
-/* Distance from x, inside the union, to its surface: the nearest bare place of a sphere or of a circle where two meet. */
+/* Returns the distance from x to sphere i, or `best` when it is not smaller, x is outside, or the nearest place of the sphere
+   lies inside another one. */
+SPRINGLS__FN float springls__nearer_sphere(const springls_metasphere *m, springls__v3 x, int i, float best)
+{
+    const springls_sphere *s = &m->spheres[i];
+    springls__v3 c = springls__load3(s->center), away = springls__sub(x, c), place;
+    float r = springls__length(away), depth = s->radius - r, eps = 1e-6f * s->radius;
+    if (depth < 0.0f || depth >= best) return best;
+    place = r > 0.0f ? springls__mad(c, away, s->radius / r) : springls__v3_make(c.x + s->radius, c.y, c.z);
+    return springls__in_other_sphere(m, place, i, i, eps) ? best : depth;
+}
+
+/* Returns the distance from x to the circle in which spheres i and j meet, or `best` when it is not smaller, there is no such
+   circle, or its nearest place lies inside another sphere. */
+SPRINGLS__FN float springls__nearer_circle(const springls_metasphere *m, springls__v3 x, int i, int j, float best)
+{
+    springls__v3 ci = springls__load3(m->spheres[i].center), to = springls__sub(x, ci);
+    springls__v3 axis = springls__sub(springls__load3(m->spheres[j].center), ci), place;
+    float ri = m->spheres[i].radius, rj = m->spheres[j].radius, d2 = springls__length2(axis);
+    float d, plane, r2, height, ring, distance; /* plane: of the circle, along the axis from ci; r2: its squared radius */
+    if (!(d2 > 0.0f)) return best;
+    d = springls__sqrt(d2);
+    plane = 0.5f * (d2 + ri * ri - rj * rj) / d;
+    r2 = ri * ri - plane * plane;
+    if (r2 <= 0.0f) return best;
+    axis = springls__scale(axis, 1.0f / d);
+    height = springls__dot(to, axis);
+    to = springls__mad(to, axis, -height); /* from the axis to x */
+    ring = springls__length(to);
+    distance = springls__sqrt((ring - springls__sqrt(r2)) * (ring - springls__sqrt(r2)) + (height - plane) * (height - plane));
+    if (distance >= best) return best;
+    if (!(ring > 0.0f)) return distance;
+    place = springls__mad(springls__mad(ci, axis, plane), to, springls__sqrt(r2) / ring);
+    return springls__in_other_sphere(m, place, i, j, 1e-6f * ri) ? best : distance;
+}
+
+/* Returns the distance from x, inside the union, to its surface: to the nearest place of a sphere, or of a circle in which two
+   meet, that no other sphere covers; `bound` when there is none. */
 SPRINGLS__FN float springls__metasphere_depth(const springls_metasphere *m, springls__v3 x, float bound)
 {
     float best = FLT_MAX;
     int i, j;
-    for (i = 0; i < m->count; i++) {
-        const springls_sphere *s = &m->spheres[i];
-        springls__v3 c = springls__load3(s->center), away = springls__sub(x, c), place;
-        float r = springls__length(away), depth = s->radius - r, eps = 1e-6f * s->radius;
-        if (depth < 0.0f || depth >= best) continue;
-        place = r > 0.0f ? springls__mad(c, away, s->radius / r) : springls__v3_make(c.x + s->radius, c.y, c.z);
-        if (!springls__in_other_sphere(m, place, i, i, eps)) best = depth;
-    }
-    for (i = 0; i < m->count; i++) {
-        springls__v3 ci = springls__load3(m->spheres[i].center);
-        float ri = m->spheres[i].radius;
-        for (j = i + 1; j < m->count; j++) {
-            springls__v3 axis = springls__sub(springls__load3(m->spheres[j].center), ci), to = springls__sub(x, ci), place;
-            float rj = m->spheres[j].radius, d2 = springls__length2(axis), d, at, r2, height, ring, distance;
-            if (!(d2 > 0.0f)) continue;
-            d = springls__sqrt(d2);
-            at = 0.5f * (d2 + ri * ri - rj * rj) / d; /* the circle's plane along the axis from ci */
-            r2 = ri * ri - at * at;
-            if (r2 <= 0.0f) continue;
-            axis = springls__scale(axis, 1.0f / d);
-            height = springls__dot(to, axis);
-            to = springls__mad(to, axis, -height); /* from the axis to x */
-            ring = springls__length(to);
-            distance = springls__sqrt((ring - springls__sqrt(r2)) * (ring - springls__sqrt(r2)) + (height - at) * (height - at));
-            if (distance >= best) continue;
-            if (ring > 0.0f) {
-                place = springls__mad(springls__mad(ci, axis, at), to, springls__sqrt(r2) / ring);
-                if (springls__in_other_sphere(m, place, i, j, 1e-6f * ri)) continue;
-            }
-            best = distance;
-        }
-    }
+    for (i = 0; i < m->count; i++) best = springls__nearer_sphere(m, x, i, best);
+    for (i = 0; i < m->count; i++)
+        for (j = i + 1; j < m->count; j++) best = springls__nearer_circle(m, x, i, j, best);
     return best < FLT_MAX ? best : bound;
 }
 
@@ -107,38 +115,39 @@ SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *po
     }
 }
 
-/* The boundary of the notched sphere has three kinds of faces (sphere, two walls, roof), which meet in lines and arcs: the
-   least distance over all of them, each where it is part of the boundary. x is relative to the centre, mirrored into
-   x, z >= 0; half is half the slot's width, roof its upper end. A slot that misses a face, or cuts the sphere in two, has
-   pieces without points, and they drop out by their own conditions. */
+/* Returns the smaller of `best` and the distances to a flat face of the notched sphere and to the arc in which it meets the
+   sphere. The face lies in the plane a = a_face and is the part b <= b_end of a disk of squared radius disk2 > 0 around
+   (b, z) = 0. */
+SPRINGLS__FN float springls__notch_face_distance(float a, float b, float z, float a_face, float b_end, float disk2,
+                                                 float b_center, float best)
+{
+    float height = springls__fabs(a - a_face), d = springls__sqrt(b * b + z * z), r = springls__sqrt(disk2);
+    float b_arc = d > 0.0f ? b * r / d : b_center; /* of the nearest place on the arc */
+    if (b <= b_end && d * d <= disk2) best = springls__min(best, height);
+    if (b_arc <= b_end) best = springls__min(best, springls__sqrt(height * height + (d - r) * (d - r)));
+    return best;
+}
+
+/* Returns the distance to the boundary of the notched sphere, the least over its faces (sphere, wall, roof), the arcs in which
+   two of them meet, and the line between wall and roof. x: relative to the center, mirrored into x, z >= 0; half: half the
+   slot's width; roof: its upper end. A face that the slot misses has no points, and its conditions fail. */
 SPRINGLS__FN float springls__notched_sphere_distance(springls__v3 x, float radius, float half, float roof)
 {
     float r2 = radius * radius, wall2 = r2 - half * half, roof2 = r2 - roof * roof, corner2 = wall2 - roof * roof;
-    float r = springls__length(x), best = FLT_MAX, u, v, d, scale;
-    scale = r > 0.0f ? radius / r : 0.0f; /* sphere; at its centre every direction is as good: take +y */
-    if (r > 0.0f ? x.x * scale >= half || x.y * scale >= roof : radius >= roof) best = springls__fabs(r - radius);
-    if (wall2 > 0.0f) {
-        u = springls__fabs(x.x - half);
-        d = springls__sqrt(x.y * x.y + x.z * x.z);
-        if (x.y <= roof && d * d <= wall2) best = springls__min(best, u); /* wall */
-        v = d > 0.0f ? x.y * springls__sqrt(wall2) / d : -springls__sqrt(wall2); /* arc between wall and sphere */
-        if (v <= roof) best = springls__min(best, springls__sqrt(u * u + (d - springls__sqrt(wall2)) * (d - springls__sqrt(wall2))));
-    }
-    if (roof2 > 0.0f) {
-        u = springls__fabs(x.y - roof);
-        d = springls__sqrt(x.x * x.x + x.z * x.z);
-        if (x.x <= half && d * d <= roof2) best = springls__min(best, u); /* roof */
-        v = d > 0.0f ? x.x * springls__sqrt(roof2) / d : 0.0f; /* arc between roof and sphere */
-        if (v <= half) best = springls__min(best, springls__sqrt(u * u + (d - springls__sqrt(roof2)) * (d - springls__sqrt(roof2))));
-    }
-    if (corner2 >= 0.0f) { /* line between wall and roof, with the corners at its ends */
+    float r = springls__length(x), best = FLT_MAX, scale = r > 0.0f ? radius / r : 0.0f;
+    bool on_sphere = r > 0.0f ? x.x * scale >= half || x.y * scale >= roof : radius >= roof; /* at the center: towards +y */
+    if (on_sphere) best = springls__fabs(r - radius);
+    if (wall2 > 0.0f)
+        best = springls__notch_face_distance(x.x, x.y, x.z, half, roof, wall2, -springls__sqrt(wall2), best);
+    if (roof2 > 0.0f) best = springls__notch_face_distance(x.y, x.x, x.z, roof, half, roof2, 0.0f, best);
+    if (corner2 >= 0.0f) { /* line between wall and roof, with its ends */
         float past = springls__max(x.z - springls__sqrt(corner2), 0.0f);
         best = springls__min(best, springls__sqrt((x.x - half) * (x.x - half) + (x.y - roof) * (x.y - roof) + past * past));
     }
     return best;
 }
 
-/* Zalesak's body: the slot is |x - cx| < width/2, from below the sphere up to cy - radius + depth, through all z. */
+/* Computes Zalesak's sphere: the slot is |x - cx| < width/2, y < cy - radius + depth, for all z. */
 SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const float *points, int count, float *out)
 {
     const springls_notched_sphere *n = (const springls_notched_sphere *)notched_sphere;

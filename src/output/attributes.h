@@ -6,7 +6,7 @@
 #include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/host_access.h"
 #include "../model/interpolation.h"
 #include "../model/springl_surface.h"
@@ -67,7 +67,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
     attribute->channels = desc->channels;
-    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    SPRINGLS__TRY(springls__values_reserve(ctx, attribute, ctx->model.set.count, 0));
     memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
     attribute->split = desc->split;
     attribute->fill = desc->fill;
@@ -156,9 +156,9 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__interpolation_sources donors = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
                                              springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
-        springls__interpolate_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_POLICY_BLEND,
+        springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                             job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }

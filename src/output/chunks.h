@@ -1,6 +1,6 @@
-/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
-   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
-   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed. Each consumer has a published
+   level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
+   from it, so two neighbors share the bits of their common vertices, whenever either was meshed. */
 #ifndef SPRINGLS__OUTPUT_CHUNKS_H
 #define SPRINGLS__OUTPUT_CHUNKS_H
 
@@ -16,229 +16,272 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 
-/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
+/* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
+   that correspondences have moved along the surface. */
+typedef struct springls__brick_signature {
+    uint64_t ids;
+    springls__v3 particles, correspondences;
+    int count;
+} springls__brick_signature;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
-    springls__brick_signature *crew;       /* of a slot, when it was last meshed                                           */
-    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
-    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
-    int *list;
-    springls_chunk *chunk;      /* those that have changed                                                      */
-    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+    springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
+    springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
+    uint8_t *dirty, *has_mesh;             /* [brick] 1: mesh it again; 1: its last mesh had triangles                 */
+    uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
+    int *list;                             /* bricks whose values may differ from the published ones                   */
+    springls_chunk *chunk;                 /* those that have changed                                                  */
+    springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
+    springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
-    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
-                                          &c->meshes, &c->touch, &c->lists,
-                                          &c->chunks, &c->vertices, &c->corners };
+    springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
+                                          &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
+                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Room for slots of bricks that are shown. */
+/* Grows the published level set to that many slots. */
 SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
 {
-    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
+    size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),
+                                        (size_t)c->published.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi_memory, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
                                         used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
-    c->shown.slot_brick = (int *)c->slot_brick.data;
-    c->shown.free_slots = (int *)c->free_slots.data;
-    c->shown.phi = (float *)c->phi.data;
-    c->crew = (springls__brick_signature *)c->crews.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->signature_memory, n, sizeof *c->signature, used * sizeof *c->signature));
+    c->published.slot_brick = (int *)c->slot_brick_memory.data;
+    c->published.free_slots = (int *)c->free_slots_memory.data;
+    c->published.phi = (float *)c->phi_memory.data;
+    c->signature = (springls__brick_signature *)c->signature_memory.data;
     return SPRINGLS_OK;
 }
 
+/* Allocates an empty published level set: the first update lists every chunk. */
 SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
     size_t bricks = springls__brick_count(g), i;
-    memcpy(c->shown.size, g->size, sizeof g->size);
-    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    memcpy(c->published.size, g->size, sizeof g->size);
+    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top_memory, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirty_memory, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->has_mesh_memory, bricks, 1, 0));
     SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
-    c->shown.top = (int *)c->top.data;
-    c->dirty = (uint8_t *)c->dirt.data;
-    c->has_mesh = (uint8_t *)c->meshes.data;
-    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    c->published.top = (int *)c->top_memory.data;
+    c->dirty = (uint8_t *)c->dirty_memory.data;
+    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
+    for (i = 0; i < bricks; i++) c->published.top[i] = SPRINGLS__OUTSIDE;
     memset(c->dirty, 0, bricks);
     memset(c->has_mesh, 0, bricks);
-    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
 }
 
-/* ---- what has changed ---- */
+/* ---- finding what has changed ---- */
 
-/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
-   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
-SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
+/* Returns the bricks whose mesh depends on voxel v of a brick: a vertex on the voxels up to the end of its brick, a normal on
+   voxels one further. Bits as in springls__neighbor_mask_of_row. */
+SPRINGLS__FN uint32_t springls__bricks_affected_by(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
     return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
-/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
+/* Returns whether the published zero level may pass between voxel v of a brick and one of its six neighbors. origin: the
+   brick's first voxel; brick: its values in the field of g. */
 SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
 {
-    int axis, way;
+    int axis, direction;
     for (axis = 0; axis < 3; axis++)
-        for (way = -1; way <= 1; way += 2) {
+        for (direction = -1; direction <= 1; direction += 2) {
             int at[3] = { v & 7, v >> 3 & 7, v >> 6 };
-            float beside;
-            at[axis] += way;
-            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) beside = brick[v + way * (1 << 3 * axis)];
-            else beside = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
-            if (brick[v] < 0.0f ? beside >= -tolerance : beside <= tolerance) return true;
+            float neighbor;
+            at[axis] += direction;
+            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) neighbor = brick[v + direction * (1 << 3 * axis)];
+            else neighbor = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
+            if (brick[v] < 0.0f ? neighbor >= -tolerance : neighbor <= tolerance) return true;
         }
     return false;
 }
 
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
-/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
-   them. */
-SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+/* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
+   now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
+SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
+                                              float tolerance)
+{
+    const float deep = 1.5f; /* voxels: a value further from the surface moves a vertex only where phi is steep (may_cross) */
+    const uint32_t own = 1u << 13;
+    uint32_t affected = 0u;
+    int v;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        float before = published[v];
+        if (springls__fabs(now[v] - before) <= tolerance) continue;
+        published[v] = now[v];
+        if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+            || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
+            affected |= springls__bricks_affected_by(v);
+    }
+    if (!affected) return 0u;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+        if (springls__bricks_affected_by(v) == own) published[v] = now[v];
+    return affected | own;
+}
+
+SPRINGLS__FN void springls__publish_task(void *arg, int begin, int end)
 {
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = 1.5f;
-    const uint32_t own = 1u << 13;
-    int v, origin[3];
+    int origin[3];
     for (; begin < end; begin++) {
+        int slot = c->published.top[c->list[begin]];
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
-        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
-        uint32_t touched = 0u;
-        springls__slot_origin(&c->shown, c->shown.top[c->list[begin]], origin);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance) continue;
-            shown[v] = now[v];
-            /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
-                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
-                touched |= springls__bricks_touched_by(v);
-        }
-        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__bricks_touched_by(v) == own) shown[v] = now[v];
-        c->touched[begin] = touched ? touched | own : 0u;
+        springls__slot_origin(&c->published, slot, origin);
+        c->affected[begin] = springls__publish_brick(g, origin, now, c->published.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS,
+                                                     c->desc.tolerance);
     }
 }
 
-/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+/* Gives a constant brick a slot of the published level set, with the constant as its values. */
+SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int brick)
+{
+    springls__grid *published = &c->published;
+    int side = published->top[brick];
+    int slot = published->free_count ? published->free_slots[--published->free_count] : published->slot_count++;
+    published->top[brick] = slot;
+    published->slot_brick[slot] = brick;
+    springls__fill(published->phi, slot, side == SPRINGLS__INSIDE ? -published->far_value : published->far_value);
+    memset(&c->signature[slot], 0, sizeof c->signature[slot]);
+}
+
+/* Returns whether the model's values in a brick may differ from the published ones. */
+SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int brick)
+{
+    return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
+}
+
+/* Writes c->list, the bricks that may differ, and their number; each gets a slot of the published level set. */
 SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__grid *shown = &c->shown;
-    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    springls__grid *published = &c->published;
+    int bricks = (int)springls__brick_count(g), i, n = 0, added = 0;
     for (i = 0; i < bricks; i++) {
-        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
-        if (!here && g->top[i] == shown->top[i]) continue;
+        if (!springls__may_differ(g, published, i)) continue;
         n++;
-        fresh += !here;
+        added += published->top[i] < SPRINGLS__FIRST_SLOT;
     }
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
-    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
-    c->list = (int *)c->lists.data;
-    c->touched = (uint32_t *)c->touch.data;
-    shown->far_value = g->far_value;
-    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->list_memory, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->affected_memory, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, published->slot_count + added));
+    c->list = (int *)c->list_memory.data;
+    c->affected = (uint32_t *)c->affected_memory.data;
+    published->far_value = g->far_value;
+    springls__fill(published->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(published->phi, SPRINGLS__INSIDE, -g->far_value);
     for (i = n = 0; i < bricks; i++) {
-        int side = shown->top[i], slot;
-        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        if (!springls__may_differ(g, published, i)) continue;
         c->list[n++] = i;
-        if (side >= SPRINGLS__FIRST_SLOT) continue;
-        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
-        shown->top[i] = slot;
-        shown->slot_brick[slot] = i;
-        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+        if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
     }
     *count = n;
     return SPRINGLS_OK;
 }
 
-/* All that a change of listed brick i reaches is to be meshed again. */
+/* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
 SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
-    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
-    for (d = 0; d < 27 && c->touched[i]; d++)
-        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at))
-            c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+    springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->affected[i]; d++)
+        if ((c->affected[i] >> d & 1u) && springls__brick_around(&c->published, origin, d, at))
+            c->dirty[springls__brick_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
-/* Who is where: to tell change of correspondences. By slot of what is shown. */
-SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
+/* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
+SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
+                                               springls__brick_signature *signature)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__brick_signature *crew;
-    int i, slot;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->shown.slot_count));
-    crew = springls__brick_signatures(&ctx->model);
-    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    int i;
+    memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        slot =
-            springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
-                              springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
-        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
-        crew[slot].places = springls__add(crew[slot].places, p);
-        crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
-        crew[slot].count++;
+        springls__brick_signature *sum = &signature[springls__slot_at(
+            &c->published, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            springls__cell_coordinate(p.z, g->size[2]))];
+        sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        sum->particles = springls__add(sum->particles, p);
+        sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
+        sum->count++;
     }
-    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
-        float most = c->desc.tolerance * (float)crew[slot].count;
-        if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids
-            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
-            && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
-            continue;
-        c->crew[slot] = crew[slot];
-        c->dirty[c->shown.slot_brick[slot]] = 1;
+}
+
+/* Returns whether the ids are the same and the mean p and a differ by at most the tolerance, voxels. */
+SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *now, const springls__brick_signature *before,
+                                             float tolerance)
+{
+    float limit = tolerance * (float)now->count;
+    return now->ids == before->ids
+        && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
+        && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
+}
+
+/* Marks as dirty the bricks whose springls have changed since they were meshed. */
+SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx, springls_chunks *c)
+{
+    springls__brick_signature *now;
+    int slot;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->published.slot_count));
+    now = springls__brick_signatures(&ctx->model);
+    springls__collect_signatures(ctx, c, now);
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->published.slot_count; slot++) {
+        if (c->published.slot_brick[slot] < 0) continue;
+        if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
+        c->signature[slot] = now[slot];
+        c->dirty[c->published.slot_brick[slot]] = 1;
     }
     return SPRINGLS_OK;
 }
 
-/* Bricks that have become constant give their slot back. */
-SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+/* Returns the slots of listed bricks that have become constant in the model. */
+SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springls_chunks *c, int count)
 {
     int i;
     for (i = 0; i < count; i++) {
-        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
         if (side >= SPRINGLS__FIRST_SLOT) continue;
-        c->shown.top[brick] = side;
-        c->shown.slot_brick[slot] = -1;
-        c->shown.free_slots[c->shown.free_count++] = slot;
+        c->published.top[brick] = side;
+        c->published.slot_brick[slot] = -1;
+        c->published.free_slots[c->published.free_count++] = slot;
     }
 }
 
 /* ---- meshes ---- */
 
-/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+/* Returns the number of the vertex on an edge of cube (x, y, z): the same for all cubes around the edge. */
 SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
 {
     int corner = springls__mc_edge_corner(edge);
     return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
 }
 
-/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+/* Runs marching cubes on a chunk and counts its vertices and triangles. vertex: voxels, in the order in which triangles use
+   them; corner: 3 a triangle. Both NULL: only counts. */
 SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
 {
-    const springls__grid *g = &c->shown;
+    const springls__grid *g = &c->published;
     float tile[SPRINGLS__TILE_VOXELS];
-    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
     int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
     springls__cube_range range;
     chunk->vertex_count = chunk->triangle_count = 0;
@@ -270,27 +313,32 @@ SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
 }
 
-/* Its arrays are there; positions hold voxels, then the world. */
+/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
+SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+{
+    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+    springls__v3 a = nearest >= 0 ? springls__correspondence_at(&ctx->model, nearest, x) : x;
+    springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * vertex);
+    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+}
+
+/* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
 SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
 {
-    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
-    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
     for (i = 0; i < chunk->vertex_count; i++) {
-        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        springls__v3 x = vertex[i];
+        springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) {
-            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
-            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
-            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
-        }
+        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
-        uint16_t one = chunk->triangles[3 * i + 1];
+        uint16_t corner = chunk->triangles[3 * i + 1];
         chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
-        chunk->triangles[3 * i + 2] = one;
+        chunk->triangles[3 * i + 2] = corner;
     }
 }
 
@@ -300,14 +348,14 @@ SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
 }
 
-/* The dirty bricks as chunks without arrays. */
+/* Writes c->chunk, a chunk without arrays for each dirty brick, and their number. */
 SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const springls__grid *g = &c->shown;
+    const springls__grid *g = &c->published;
     int bricks = (int)springls__brick_count(g), i, n = 0;
     for (i = 0; i < bricks; i++) n += c->dirty[i];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
-    c->chunk = (springls_chunk *)c->chunks.data;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
@@ -319,40 +367,43 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     return SPRINGLS_OK;
 }
 
-/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
-SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+/* Allocates the arrays of all counted chunks and gives each chunk its part. Leaves out chunks that have no triangle and had
+   none. */
+SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const size_t words = c->desc.correspondences ? 10 : 6; /* a vertex */
+    const size_t words = c->desc.correspondences ? 10 : 6; /* floats a vertex; an id takes one */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < *count; i++) {
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])])
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
             c->chunk[n++] = c->chunk[i];
     }
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
     *count = n;
     vertices = corners = 0;
     for (i = 0; i < n; i++) {
         springls_chunk *chunk = &c->chunk[i];
         size_t v = (size_t)chunk->vertex_count;
         if (!v) continue;
-        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->positions = (float *)c->vertex_memory.data + vertices * words;
         chunk->normals = chunk->positions + 3 * v;
         if (c->desc.correspondences) {
             chunk->correspondences = chunk->normals + 3 * v;
             chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
         }
-        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        chunk->triangles = (uint16_t *)c->corner_memory.data + corners;
         vertices += v;
         corners += 3 * (size_t)chunk->triangle_count;
     }
     return SPRINGLS_OK;
 }
 
+/* Publishes what has changed and meshes it: writes c->chunk and the number of changed chunks. dirty stays set on failure, so
+   that the next call lists these chunks. */
 SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
 {
     springls__chunk_job job;
@@ -362,18 +413,18 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     SPRINGLS__TRY(springls__use_host(ctx, false));
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
-    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    springls__parallel(ctx, listed, 16, springls__publish_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.correspondences) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
-    springls__drop_shown(ctx, c, listed);
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+    springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
-    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
-    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    memset(c->dirty, 0, springls__brick_count(&c->published));
     for (i = 0; i < *count; i++) {
         const int *b = c->chunk[i].brick;
-        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+        c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
     }
     return SPRINGLS_OK;
 }

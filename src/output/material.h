@@ -8,7 +8,7 @@
 #include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/closest_point.h"
 #include "../model/host_access.h"
 #include "../model/indexed_mesh.h"

@@ -11,7 +11,7 @@
 #include "../runtime/memory.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/bvh.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"

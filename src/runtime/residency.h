@@ -120,7 +120,8 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array))
+            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 

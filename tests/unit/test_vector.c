@@ -1,4 +1,4 @@
-/* test_vector.c - the functions of numbers that state depends on, against libm in double precision; and SIMD against single numbers. */
+/* test_vector.c - the functions that state depends on, against libm in double precision, and SIMD against single numbers. */
 #include "fixtures.h"
 
 /* exp has a relative error below 3e-7 on [-80, 80]. */
@@ -186,7 +186,7 @@ TEST lanes_are_single_numbers(void)
     PASS();
 }
 
-/* So do vectors, and distances to a triangle. */
+/* Several vectors at once give the bits that each gives alone, in the functions of vectors and in distances to a triangle. */
 TEST lanes_are_single_vectors(void)
 {
     float x[3][MAX_LANES], one[4][MAX_LANES];

@@ -25,21 +25,18 @@ struct member {
 #define INTEGER(name) {#name, offsetof(springls_params, name), false}
 
 static const struct member members[] = {
-    REAL(d_max),             REAL(particle_radius),    REAL(neighbor_radius),
-    INTEGER(max_neighbors),    INTEGER(relax_iterations),  INTEGER(threshold),
-    INTEGER(weight),           INTEGER(torque),            REAL(sharpness),
-    REAL(kappa_int),         REAL(kappa_ext),          REAL(relax_step_length),
-    REAL(relax_step_rotation), INTEGER(relax_same_side), REAL(contract_distance),
-    REAL(min_angle),         REAL(max_angle),          REAL(min_area),
-    INTEGER(reshape),          REAL(merge_distance),     INTEGER(resample_period),
-    INTEGER(resample_last),    REAL(split_edge),         REAL(split_area),
-    INTEGER(placement),        REAL(band_half_width),    REAL(capture_range),
-    INTEGER(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
-    REAL(curvature),         INTEGER(carry_level_set),   INTEGER(project_level_set), INTEGER(nucleate),
-    INTEGER(keep_thin),        INTEGER(keep_edges),        INTEGER(fill_from_springls), INTEGER(topology),
-    REAL(nearest_rule),      INTEGER(track_iterations),  REAL(track_step),
-    INTEGER(vertex_velocity),  INTEGER(half_time_sampling), INTEGER(initial_stride),
-    INTEGER(project_initial),   INTEGER(volume_lock),
+    REAL(d_max),                   REAL(particle_radius),         REAL(neighbor_radius),         INTEGER(max_neighbors),
+    INTEGER(relax_iterations),     INTEGER(threshold),            INTEGER(weight),               INTEGER(torque),
+    REAL(sharpness),               REAL(kappa_int),               REAL(kappa_ext),               REAL(relax_step_length),
+    REAL(relax_step_rotation),     INTEGER(relax_same_side),      REAL(contract_distance),       REAL(min_angle),
+    REAL(max_angle),               REAL(min_area),                INTEGER(reshape),              REAL(merge_distance),
+    INTEGER(resample_period),      INTEGER(resample_last),        REAL(split_edge),              REAL(split_area),
+    INTEGER(placement),            REAL(band_half_width),         REAL(capture_range),           INTEGER(evolve_iterations),
+    REAL(evolve_step),             REAL(evolve_width),            REAL(curvature),               INTEGER(carry_level_set),
+    INTEGER(project_level_set),    INTEGER(nucleate),             INTEGER(keep_thin),            INTEGER(keep_edges),
+    INTEGER(fill_from_springls),   INTEGER(topology),             REAL(nearest_rule),            INTEGER(track_iterations),
+    REAL(track_step),              INTEGER(vertex_velocity),      INTEGER(half_time_sampling),   INTEGER(initial_stride),
+    INTEGER(project_initial),      INTEGER(volume_lock),
 };
 
 static const struct member *find_member(const char *name, size_t length)
