@@ -21,26 +21,12 @@ STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
 MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
                 $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
-TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(OPENCL),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
-TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h src/*/*.h kernels_embed/*/*.h)
 # The top of the OpenCL text; it includes the rest.
 DEVICE_TEXT  := kernels_embed/device/entry_points.cl
-# Tests have OpenCL where its headers are; the parts have no text for it.
-OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
-# Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
-TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
-# Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
-TEST_FILES   := $(sort $(wildcard tests/unit/test_*.c tests/examples/test_*.c))
-ifeq ($(VARIANT),tsan)
-  TEST_FILES := $(shell grep -l -e pthread -e histories.h $(TEST_FILES))
-endif
-TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
-
 ifdef SPRINGLS_DATA
   export SPRINGLS_DATA
 endif
@@ -112,4 +98,4 @@ format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are bet
 clean:   ## remove build/
 	rm -rf build
 
--include $(wildcard build/test*/*/*.d build/bench/*.d)
+-include $(wildcard build/bench/*.d)

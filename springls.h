@@ -25,6 +25,7 @@
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
      >>memory               src/runtime/memory.h
+     >>resumable            src/runtime/resumable.h
      >>kernel_table         src/runtime/kernel_table.h
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
@@ -51,7 +52,6 @@
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
-     >>resumable            src/runtime/resumable.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
      >>stage_clock          src/runtime/stage_clock.h
@@ -65,7 +65,7 @@
      >>contract             src/stages/contract.h
      >>cell_list            src/model/cell_list.h
      >>inherit              src/stages/inherit.h
-     >>attribute_rows       src/model/attribute_rows.h
+     >>attribute_values     src/model/attribute_values.h
      >>closest_point        src/model/closest_point.h
      >>interpolation        src/model/interpolation.h
      >>springl_surface      src/model/springl_surface.h
@@ -1479,7 +1479,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     } while (0)
 
 /* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
-/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
+   voxels. */
 
 typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
 
@@ -1489,7 +1490,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */
+/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
 /* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
@@ -1507,7 +1508,8 @@ typedef struct springls__color_arguments { int color; } springls__color_argument
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are
+   left. */
 typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
 
 /* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
@@ -1553,8 +1555,8 @@ typedef union springls__arguments {
 
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
-   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a
-   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
+   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
@@ -1703,7 +1705,7 @@ typedef union springls__arguments {
   }
 #endif
 
-/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */
 SPRINGLS__MATHS float springls__floor(float x)
 {
     float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;
@@ -1715,7 +1717,7 @@ SPRINGLS__MATHS float springls__floor(float x)
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
-/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
@@ -1728,8 +1730,8 @@ SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
 
 
 /* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -1786,7 +1788,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -1812,8 +1814,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -1885,7 +1887,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
@@ -1895,9 +1897,9 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
 }
 
 /* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
-/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
-   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
-   the same order: the bits are the same for every width. */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the
+   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a
+   single number in the same order, so every width gives the same bits. */
 
 #if defined(__OPENCL_VERSION__)
 
@@ -1966,7 +1968,12 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
 #define springls__vec_not(where) (~(where))
 
-SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
+{
+    return *(const springls__vec_anywhere *)(const void *)from;
+}
+
+
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -1980,7 +1987,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, sp
     return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
 }
 
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+/* Returns a < b ? a : b, the second where they are equal or not ordered. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
 {
 #if defined(SPRINGLS__SIMD)
@@ -2044,7 +2051,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 
 /* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2100,7 +2107,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__
     return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
-/* a + s b */
+/* Returns a + s b. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
     return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
@@ -2126,8 +2133,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
                                 SPRINGLS__W(select)(nonzero, a.z, zero));
 }
 
-/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
-   bits. Beyond, x is clamped. */
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and
+   2^k by its bits. Clamps x beyond. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
 {
     SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
@@ -2183,9 +2190,10 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
+/* A table for springls__vec_from. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-/* Returns first, first + 1, ...: places along a row of eight. */
+/* Returns first, first + 1, ..., for the places along a row of eight. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
 
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
@@ -2201,8 +2209,8 @@ typedef struct springls__tri_plan {
 } springls__tri_plan;
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2234,7 +2242,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2242,8 +2250,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2262,7 +2270,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2293,7 +2301,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
 }
 
-/* Returns the squared distance from x to that segment. */
+/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
 {
     SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
@@ -2301,8 +2309,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
-   edge. */
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+   nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
     SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
@@ -2321,7 +2329,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 }
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
-/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
+/* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
@@ -2392,8 +2400,8 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     return plan;
 }
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2408,7 +2416,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
 /* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2418,7 +2426,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2431,22 +2439,26 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
@@ -2468,7 +2480,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -2482,7 +2494,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/model/springl_body.h -------- */
-/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+/* springl_body.h - the record of one springl, and of several at once, one a lane. */
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct SPRINGLS__W(springl) {
@@ -2492,7 +2504,7 @@ typedef struct SPRINGLS__W(springl) {
     SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
 } SPRINGLS__W(springl);
 
-/* Sets what follows from q and p. */
+/* Returns s with the members that follow from q and p. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
@@ -2505,22 +2517,26 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W
     return s;
 }
 
-/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+/* Reads the springls first, first + 1, ..., one a lane. */
 SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    float number[12][SPRINGLS__WIDTH];
+    float number[16][SPRINGLS__WIDTH];
     SPRINGLS__W(springl) s;
     int lane, k, m;
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
-        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+        for (k = 0; k < 16; k++) number[k][lane] = from[k];
     }
-    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    for (m = 0; m < 3; m++) {
+        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);
+    }
     s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    s.bounding_radius = SPRINGLS__W(load)(number[15]);
     return s;
 }
 
-/* Writes them, with what follows from q and p. */
+/* Writes them to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     float number[16][SPRINGLS__WIDTH];
@@ -2542,13 +2558,13 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 }
 
 /* ======== >>model:kernel  (kernels_embed/model/model.h) ======================================================== */
-/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */
 
 /* ---- the arrays of a model ----
    A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
    X(NAME, element type, elements that belong together, struct of the model, member). */
 
-/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */
 #define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
     X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
@@ -2569,13 +2585,13 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
 #define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
 
-/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
@@ -2585,22 +2601,23 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what a device needs to move springls by itself (advect.h). */
+/* Lists what moves springls on a device (advect.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
     X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
-    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
-    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \
+    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \
+    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \
     X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
     X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
     X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
-    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
+    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
 
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
@@ -2645,15 +2662,15 @@ typedef struct springls__record {
 #define SPRINGLS__RESHAPE 2
 #define SPRINGLS__UNDECIDED 3
 
-/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
-   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
+/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,
+   far outside and far inside, so that every brick of the top table can be read without a test. */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
 #define SPRINGLS__INSIDE 1
 #define SPRINGLS__FIRST_SLOT 2
-#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */
-#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
+#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
+#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                */
@@ -2663,7 +2680,7 @@ typedef struct springls__grid {
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
+/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
@@ -2680,7 +2697,7 @@ typedef struct springls__work_arrays {
     SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
 } springls__work_arrays;
 
-/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */
 #define SPRINGLS__ROWS 64
 
 typedef struct springls__group { int item, items; } springls__group;
@@ -2715,10 +2732,7 @@ typedef struct springls__model {
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
-
-/* The numbers that one run of a kernel is given besides. */
-typedef struct springls__job { int i[4]; float f[4]; } springls__job;
+#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -2736,10 +2750,16 @@ SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
     return t;
 }
 
-SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }
+SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
+{
+    return springls__tri_normal(springls__springl_tri(s));
+}
 
-/* Does springl i lie at a sharp edge that is to be kept? */
-SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
+/* Returns true when springl i lies at a sharp edge that is to be kept. */
+SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
+{
+    return model->params.keep_edges && model->set.edge[i];
+}
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
@@ -2769,7 +2789,8 @@ SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i,
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
-SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
+SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,
+                                           uint32_t generation, uint8_t mask)
 {
     springls__record record;
     record.s = s;
@@ -2782,14 +2803,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* phi has been made to follow the springls. */
+/* Marks particle i as one that phi follows: notes its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* To SCRATCH7: how far a particle has come since then, squared. */
+/* Finds how far particle i has come since then, squared. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -2839,8 +2860,8 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
 /* ======== >>grid:kernel  (kernels_embed/model/grid.h) ========================================================== */
 /* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
 
-   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
-   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the
+   object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
@@ -2880,16 +2901,17 @@ SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls
     origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
 }
 
-/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit
    (dx+1) + 3(dy+1) + 9(dz+1). */
-SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z,
+                                                        bool last_z)
 {
     uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
     uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
     return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
 }
 
-/* Value at a voxel of the domain. */
+/* Returns the value at a voxel of the domain. */
 SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
@@ -2900,7 +2922,7 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
     return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
 }
 
-/* phi at any voxel; beyond the domain by the border rule above. */
+/* Returns phi at any voxel, by the border rule beyond the domain. */
 SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
     float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
@@ -2908,7 +2930,7 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Trilinear value at x, the border rule included. */
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
 SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
@@ -2929,7 +2951,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, u, v, w);
 }
 
-/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
+/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
+   axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     float c = springls__grid_sample(g, phi, x);
@@ -2943,7 +2966,7 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
-/* Gradient of the trilinear values by central differences over one voxel. */
+/* Returns the gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
@@ -2955,7 +2978,7 @@ SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SP
                                  - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
-/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
+/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
@@ -2964,7 +2987,13 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Each item of a group loads some of its rows; it is there for all when this returns. */
+/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+SPRINGLS__MATHS int springls__tile_step(int d)
+{
+    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
+}
+
+/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
@@ -2972,7 +3001,7 @@ SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOB
     bool border;
     springls__slot_origin(g, slot, o);
     border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
-    SPRINGLS__BARRIER; /* whoever still reads what was in it */
+    SPRINGLS__BARRIER; /* other items may still read the old values */
     for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
         int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
         SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
@@ -3006,20 +3035,21 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
     return v;
 }
 
-/* Return the smallest and the largest of the six neighbours. */
+/* Returns the smallest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
+/* Returns the largest of the six neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
 }
 
-/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
     springls__vmask inside = c < 0.0f;
@@ -3032,7 +3062,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
     return springls__crosses(v.c, springls__least(v), springls__most(v));
 }
 
-/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
 #define SPRINGLS__WIDE_MARGIN 3
 #define SPRINGLS__WIDE 14
 #define SPRINGLS__WIDE_VOXELS 2744
@@ -3044,8 +3074,8 @@ typedef struct springls__wide_tile {
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
-   items must. */
+/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,
+   which loads nothing. */
 SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
@@ -3075,7 +3105,7 @@ SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
     SPRINGLS__BARRIER;
 }
 
-/* Trilinear value at x, in voxels from the brick's first one. */
+/* Interpolates at x, in voxels from the brick's first one, trilinear. */
 SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
 {
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
@@ -3134,8 +3164,9 @@ SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__
     springls__v3 lower = s.q[0], upper = s.q[0];
     int m;
     for (m = 1; m < 3; m++) {
-        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));
-        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));
+        springls__v3 q = s.q[m];
+        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));
+        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));
     }
     springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
     springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
@@ -3215,8 +3246,8 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3238,13 +3269,14 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3
@@ -3265,7 +3297,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM
 {
     SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
     SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
+    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
     return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
                                 -s2x * s2y * sz * sz * amplitude);
 }
@@ -3358,7 +3391,8 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
     float v[3];
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)
+        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));
     if (rule->flow == SPRINGLS__FLOW_ROTATION)
         out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
     if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
@@ -3430,8 +3464,8 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
-   whether it moves. */
+/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
+   moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
@@ -3455,7 +3489,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
 }
 
-/* Moves springl i by its displacements in SCRATCH0. */
+/* Moves springl i by its displacements. */
 SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__movers d = springls__displacement(model)[i];
@@ -3526,7 +3560,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
+/* What springls carry besides themselves (attribute_values.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -3534,8 +3568,8 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
-   log it: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
+   not log it: springls__fall_back_to_host does. */
 struct springls_backend {
     /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -3608,7 +3642,11 @@ typedef struct springls__motion {
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
-typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+typedef enum springls__entry_kind {
+    SPRINGLS__ENTRY_RUN,
+    SPRINGLS__ENTRY_REPEAT_WHILE,
+    SPRINGLS__ENTRY_END_REPEAT
+} springls__entry_kind;
 
 /* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {
@@ -3768,7 +3806,8 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
 /* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member)                                                     \
+    ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
@@ -3784,10 +3823,12 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
 
 /* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
    a kernel next uses it (springls__to_device). */
-SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
+SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element,
+                                                  size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
+    size_t kept = buffer->host_stale ? 0 : keep * element;
+    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, kept);
     springls__bind(ctx);
     return status;
 }
@@ -3820,3707 +3861,6 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
     ctx->memory[b] = memory;
     springls__bind(ctx);
 }
-
-/* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
-   `large` instead, so that one huge triangle does not widen every search. */
-
-/* The cell of a voxel within its brick. */
-SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
-{
-    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
-}
-
-/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
-typedef struct springls__cell_walk {
-    const springls__grid *g;
-    const springls__cell_list *cells;
-    int lo[3], hi[3], x, y, z;
-    uint32_t next, end;
-    int large;
-} springls__cell_walk;
-
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
-                                                              springls__v3 upper)
-{
-    springls__cell_walk walk;
-    const springls__grid *g = &model->grid;
-    walk.g = g;
-    walk.cells = &model->cells;
-    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
-    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
-    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
-    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
-    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
-    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
-    walk.x = walk.lo[0];
-    walk.y = walk.lo[1];
-    walk.z = walk.lo[2];
-    walk.next = walk.end = 0;
-    walk.large = 0;
-    return walk;
-}
-
-/* The next springl, or -1 at the end. */
-SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
-{
-    while (walk->next == walk->end) {
-        const springls__grid *g = walk->g;
-        SPRINGLS__GLOBAL const uint32_t *cell;
-        int last;
-        if (walk->z > walk->hi[2]) {
-            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
-        }
-        last = springls__imin(walk->x | 7, walk->hi[0]);
-        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
-        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
-        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
-        walk->x = last + 1;
-        if (walk->x > walk->hi[0]) {
-            walk->x = walk->lo[0];
-            walk->y += SPRINGLS__CELL;
-            if (walk->y > walk->hi[1]) {
-                walk->y = walk->lo[1];
-                walk->z += SPRINGLS__CELL;
-            }
-        }
-    }
-    return (int)walk->cells->ids[walk->next++];
-}
-
-/* All springls whose particle may lie within r of x, and some more. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
-{
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
-                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
-}
-
-/* All springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
-                                                               springls__v3 upper, float radius)
-{
-    float r = radius + model->cells.bounding_radius;
-    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
-}
-
-/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
-#define SPRINGLS__LARGE_KEY 0xffffffffu
-#define SPRINGLS__MISSING_KEY 0xfffffffeu
-
-SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
-    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    (void)args;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
-                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
-}
-
-SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
-{
-    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
-}
-
-/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
-   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
-SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
-{
-    int c;
-    cell[0] = begin;
-    for (c = 1; c < SPRINGLS__CELLS; c++) {
-        uint32_t count = cell[c];
-        cell[c] = begin;
-        begin += count;
-    }
-    return begin;
-}
-
-SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
-{
-    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
-        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
-}
-
-/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
-   the list of active brick r begins. */
-SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
-    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
-    int brick;
-    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
-        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
-}
-
-/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
-SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
-    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
-    int brick;
-    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
-        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
-            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
-}
-
-/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
-SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
-{
-    uint32_t mask = 0;
-    int y, z;
-    for (z = 0; z < 4; z++)
-        for (y = 0; y < 4; y++, cell += 4)
-            if (cell[4] > cell[0])
-                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
-    return mask;
-}
-
-/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
-   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
-SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
-{
-    const springls__grid *g = &model->grid;
-    if (i < g->active_count) {
-        springls__slot_origin(g, g->active[i], origin);
-        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
-    }
-    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
-    return SPRINGLS__ALL_AROUND;
-}
-
-/* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
-/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
-   closest edge of each, nearest first, ties by index. */
-
-/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
-SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
-{
-    int i = length < room ? length : room - 1;
-    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;
-    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {
-        d2s[i] = d2s[i - 1];
-        codes[i] = codes[i - 1];
-    }
-    d2s[i] = d2;
-    codes[i] = code;
-    return length < room ? length + 1 : room;
-}
-
-/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)
-   and its squared distance. */
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
-                                             float radius2, float d2[8], float edge[8])
-{
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
-    int e, m;
-    for (m = 0; m < 3; m += SPRINGLS__LANES) {
-        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
-        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);
-        for (e = 0; e < 3; e++) {
-            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);
-            springls__vmask nearer = d < best;
-            best = springls__vec_select(nearer, d, best);
-            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);
-        }
-        springls__vec_store(d2 + m, best);
-        springls__vec_store(edge + m, found);
-    }
-}
-
-/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
-SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
-    const float radius = model->params.neighbor_radius, radius2 = radius * radius;
-    const int room = model->params.max_neighbors;
-    springls__v3 lower, upper, normal = springls__springl_normal(*self);
-    springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
-    int length[3] = { 0, 0, 0 }, other, m;
-    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
-    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
-    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
-    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
-    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
-    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
-    walk = springls__cell_walk_around(model, lower, upper, radius);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &all[other];
-        float within = radius + o->bounding_radius + self->bounding_radius;
-        if (other == n) continue;
-        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
-        within = radius + o->bounding_radius;
-        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
-            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
-        springls__nearest_edges(o, self->q, radius2, d2, edge);
-        for (m = 0; m < 3; m++)
-            if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + (int)edge[m]);
-    }
-}
-
-SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
-}
-
-/* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
-/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
-
-/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
-SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
-{
-    springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);
-    float l2 = springls__length2(ab) * springls__length2(ac);
-    return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
-}
-
-/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */
-SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
-{
-    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);
-    float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));
-    float area2 = springls__length2(springls__tri_area2(t));
-    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
-}
-
-/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */
-SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
-{
-    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
-    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
-    springls__tri t;
-    if (springls__length2(u) < 1e-8f)
-        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))
-                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));
-    u = springls__normalize(u);
-    v = springls__cross(n, u);
-    t.a = springls__mad(p, u, radius);
-    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);
-    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);
-    return t;
-}
-
-/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
-   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
-SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
-{
-    const float reach = 1.6f, aside = 1.0f;
-    float depth = -springls__dot(d, n), d2 = springls__length2(d);
-    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
-}
-
-/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
-SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
-{
-    const float reach = 1.5f;
-    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
-}
-
-/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
-   grid are far from the zero level. */
-SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
-{
-    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
-                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));
-    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
-}
-
-SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
-}
-
-/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
-   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
-SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
-{
-    const float r = 1.6f, ahead = 1.5f;
-    const int enough = 3;
-    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-    springls__v3 n = springls__springl_normal(*s);
-    springls__cell_walk walk;
-    int other, beside = 0;
-    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
-    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
-    walk = springls__cell_walk_near(model, s->p, r);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
-        if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */
-        m = springls__springl_normal(model->set.s[other]);
-        if (springls__is_far_side(d, n, m)) return true;
-        beside += springls__is_beside(d, n, m);
-        if (beside >= enough && model->set.phi[i] > 0.0f) return true;
-    }
-    return false;
-}
-
-/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
-   the projection hold phi near zero. */
-SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
-{
-    const float ahead = 0.75f, deep = -0.2f;
-    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
-}
-
-/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
-SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
-    springls__springl s = model->set.s[i];
-    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    *fate = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,
-                                                           model->params.min_area))
-        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
-}
-
-/* A good shape about the same particle, which keeps its exact path and correspondence. */
-SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
-    springls__springl s = model->set.s[i];
-    springls__tri t = springls__springl_tri(s);
-    springls__v3 area2 = springls__tri_area2(t), n;
-    float area = 0.5f * springls__length(area2);
-    (void)args;
-    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
-    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
-    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
-    model->set.s[i] = springls__springl_make(t, s.p);
-}
-
-/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
-   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
-{
-    const float r = model->params.merge_distance;
-    springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
-    uint8_t decided = SPRINGLS__KEEP;
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        bool older = model->set.generation[other] < model->set.generation[i]
-                  || (model->set.generation[other] == model->set.generation[i] && other < i);
-        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
-        decided = SPRINGLS__UNDECIDED;
-    }
-    return decided;
-}
-
-SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);
-    uint8_t now = fate[i];
-    (void)args;
-    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
-}
-
-/* All that are kept so far are undecided. */
-SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
-    (void)args;
-    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
-}
-
-/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
-
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
-{
-    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
-    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
-    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
-    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
-    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
-    float g2 = x * x + y * y + z * z;
-    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
-                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
-    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
-}
-
-/* Returns f times the upwind difference of phi along one axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
-{
-    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
-                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
-    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-}
-
-/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i);
-        springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside))
-            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
-        springls__vec_store(out + i, c);
-    }
-}
-
-/* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
-    float block[27];
-    int row, x, d;
-    (void)args;
-    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
-    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        int at = springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        springls__evolve_row(phi + at, omega + at, width, step, out);
-        for (x = 0; x < 8 && lambda != 0.0f; x++) {
-            if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
-            out[x] += step * lambda * springls__curvature_motion(block);
-        }
-    }
-}
-
-/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
-/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
-
-/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
-{
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* The solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
-
-/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
-/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
-   two of them opens, springls are missing or the surface ends. */
-
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
-
-typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;             /* the tangent frame */
-    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
-    int count;
-} springls__angular_gaps;
-
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
-{
-    springls__angular_gaps fan;
-    fan.e1 = springls__any_tangent(n);
-    fan.e2 = springls__cross(n, fan.e1);
-    fan.count = 0;
-    return fan;
-}
-
-/* Adds a neighbour at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)
-{
-    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
-    int i;
-    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;
-    angle = springls__atan2(v, u);
-    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
-    fan.angle[i] = angle;
-    fan.count++;
-    return fan;
-}
-
-/* The two largest angles without a neighbour, and the direction that halves the largest. */
-typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
-
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)
-{
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
-    springls__widest_gap opening;
-    float from, middle;
-    int i;
-    opening.angle = turn;
-    opening.second = 0.0f;
-    opening.middle = fan.e1;
-    if (fan.count == 0) return opening;
-    from = fan.angle[fan.count - 1];
-    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < fan.count; i++) {
-        float angle = fan.angle[i] - fan.angle[i - 1];
-        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
-        if (angle <= opening.angle) continue;
-        opening.angle = angle;
-        from = fan.angle[i - 1];
-    }
-    middle = (from + 0.5f * opening.angle) * over_pi;
-    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
-    return opening;
-}
-
-/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
-   two sides open, its end and a drop nearly all. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
-{
-    const float degree = 0.0174532925f;
-    springls__widest_gap opening = springls__angular_gaps_widest(fan);
-    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
-}
-
-/* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
-/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence
-   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are
-   exact to third order, where copying (section 4.7) is exact to none. */
-
-#define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */
-#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
-#define SPRINGLS__FIT_RADIUS 2.5f
-
-typedef struct springls__fit {
-    springls__v3 origin, e1, e2, n; /* the tangent frame */
-    springls__v3 a0;                /* correspondences are summed relative to it */
-    float normal_matrix[21];        /* lower triangle, row by row */
-    float right[24];
-    int count;
-} springls__fit;
-
-SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
-{
-    springls__fit fit;
-    int i;
-    fit.origin = origin;
-    fit.n = n;
-    fit.a0 = a0;
-    fit.e1 = springls__any_tangent(n);
-    fit.e2 = springls__cross(n, fit.e1);
-    fit.count = 0;
-    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
-    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;
-    return fit;
-}
-
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
-{
-    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
-    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
-    int i, j;
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
-    term[0] = 1.0f;
-    term[1] = springls__dot(d, fit.e1);
-    term[2] = springls__dot(d, fit.e2);
-    term[3] = term[1] * term[1];
-    term[4] = term[1] * term[2];
-    term[5] = term[2] * term[2];
-    value[0] = h;
-    value[1] = a.x - fit.a0.x;
-    value[2] = a.y - fit.a0.y;
-    value[3] = a.z - fit.a0.z;
-    weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
-    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
-    }
-    fit.count++;
-    return fit;
-}
-
-/* What the fit says at its origin. */
-typedef struct springls__fit_result {
-    springls__v3 point, normal, a;
-    int ok; /* 0: too few neighbours, or they lie on a line */
-} springls__fit_result;
-
-/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */
-SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
-{
-    springls__fit_result result;
-    float l[21], x[24];
-    int i, j, k, v;
-    result.ok = 0;
-    result.point = fit.origin;
-    result.normal = fit.n;
-    result.a = fit.a0;
-    if (terms == 0) return result;
-    for (i = 0; i < terms; i++) {
-        for (j = 0; j <= i; j++) {
-            float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
-            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
-            if (i == j) {
-                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* relative to the weights: coordinates are at most 1 */
-                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
-            } else {
-                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
-            }
-        }
-    }
-    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
-        for (i = 0; i < terms; i++) {
-            float sum = fit.right[SPRINGLS__FIT_VALUES * i + v];
-            for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[SPRINGLS__FIT_VALUES * k + v];
-            x[SPRINGLS__FIT_VALUES * i + v] = sum / l[i * (i + 1) / 2 + i];
-        }
-        for (i = terms - 1; i >= 0; i--) {
-            float sum = x[SPRINGLS__FIT_VALUES * i + v];
-            for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[SPRINGLS__FIT_VALUES * k + v];
-            x[SPRINGLS__FIT_VALUES * i + v] = sum / l[i * (i + 1) / 2 + i];
-        }
-    }
-    result.ok = 1;
-    result.point = springls__mad(fit.origin, fit.n, x[0] * SPRINGLS__FIT_RADIUS);
-    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, x[SPRINGLS__FIT_VALUES])),
-                                                      springls__scale(fit.e2, x[2 * SPRINGLS__FIT_VALUES])));
-    result.a = springls__add(fit.a0, springls__v3_make(x[1], x[2], x[3]));
-    return result;
-}
-
-/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide
-   hole, a height would be a guess: the place stays. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
-{
-    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (fit.count < 4) result.ok = 0;
-    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (u * u + v * v > w * w) {
-        result.point = fit.origin;
-        result.normal = fit.n;
-    }
-    return result;
-}
-
-/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
-/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
-
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float d2, reach = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
-    }
-    return springls__angular_gaps_widest(fan);
-}
-
-/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
-   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
-SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
-    }
-    return springls__spans_sheet(fan) != 0;
-}
-
-/* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
-/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
-
-/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
-#define SPRINGLS__PROJECT_RADIUS 1.6f
-
-/* Cosine of the angle from which on two normals are those of different sheets. */
-#define SPRINGLS__SAME_SHEET 0.4f
-
-/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. edge: 1 at a crease. */
-typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
-
-/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
-typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
-/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
-
-/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
-{
-    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
-    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
-    t = t * t;
-    return t * t;
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/project_body.h -------- */
-/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
-
-/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
-{
-    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
-    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
-    t = t * t;
-    return t * t;
-}
-/* -------- back in kernels_embed/stages/project.h -------- */
-
-/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
-typedef struct springls__estimate { float weight, distance; } springls__estimate;
-
-SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
-{
-    springls__v3 d = springls__sub(x, p);
-    float along = springls__dot(direction, n);
-    springls__estimate estimate;
-    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;
-    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
-    return estimate;
-}
-
-/* Sums of less weight do not count. */
-#define SPRINGLS__MIN_WEIGHT 1e-3f
-
-/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
-typedef struct springls__projection { float distance, trust; } springls__projection;
-
-/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
-   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
-   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less certain is the bend of the surface in between. */
-SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
-{
-    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
-    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
-    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
-    springls__projection f;
-    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
-    f.trust = 0.5f - aside2;
-    return f;
-}
-
-/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
-   the springls are closer than |phi|: phi may have lost a sheet here. */
-SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
-{
-    float change = springls__fabs(f.distance - phi);
-    int same_side = (f.distance < 0.0f) == (phi < 0.0f);
-    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
-    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
-}
-
-/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
-{
-    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
-}
-
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
-   twice far_value. */
-SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
-{
-    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
-}
-
-SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
-{
-    return springls__vec_fabs(phi) > 1.5f * far_value;
-}
-
-/* Returns the old value where the side is unknown, else phi. */
-SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
-{
-    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
-    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);
-}
-
-/* Returns phi where the side is known, else 0. */
-SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)
-{
-    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
-}
-
-/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
-   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
-SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
-{
-    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
-                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
-                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
-    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
-    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
-    d = springls__vec_select(sum < 0.0f, -d, d);
-    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
-}
-
-/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
-   not far aside. */
-SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
-{
-    float h = springls__dot(d, n);
-    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
-}
-
-/* ======== >>keep_edges:kernel  (kernels_embed/stages/keep_edges.h) ============================================= */
-/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
-   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
-   however strong the curvature. */
-
-#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
-#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
-#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */
-#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
-#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
-#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
-#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
-
-/* Of `count` sides; 0 or 1: no crease here. */
-typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
-
-/* The side that a normal belongs to; -1: none. */
-SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
-{
-    int s, best = -1;
-    float most = SPRINGLS__TOGETHER, along;
-    for (s = 0; s < sides.count; s++) {
-        along = springls__dot(sides.normal[s], n);
-        if (along <= most) continue;
-        most = along;
-        best = s;
-    }
-    return best;
-}
-
-/* Where the places of a side lie, in two tangent coordinates. */
-typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;
-
-SPRINGLS__MATHS springls__patch springls__patch_begin(void)
-{
-    springls__patch patch;
-    patch.count = patch.u = patch.v = patch.uu = patch.uv = patch.vv = 0.0f;
-    return patch;
-}
-
-SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, springls__v3 d, springls__v3 e1, springls__v3 e2)
-{
-    float u = springls__dot(d, e1), v = springls__dot(d, e2);
-    patch.count += 1.0f;
-    patch.u += u;
-    patch.v += v;
-    patch.uu += u * u;
-    patch.uv += u * v;
-    patch.vv += v * v;
-    return patch;
-}
-
-/* Their variance in the direction in which it is least. */
-SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
-{
-    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
-    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;
-    float difference = 0.5f * (uu - vv);
-    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
-}
-
-/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
-typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
-
-SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
-                                                      const float *weight, int count)
-{
-    springls__support best;
-    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
-    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
-    best.weight = 0.0f;
-    for (i = 0; i < count; i += stride) {
-        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float support = 0.0f;
-        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
-        if (!elsewhere) continue;
-        for (j = 0; j < count; j++) {
-            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
-            support += weight[j];
-            sum = springls__mad(sum, n[j], weight[j]);
-        }
-        if (support <= best.weight) continue;
-        best.weight = support;
-        best.normal = springls__normalize(sum);
-    }
-    return best;
-}
-
-/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
-typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
-
-SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
-                                                   const float *weight, int count)
-{
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
-                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
-                 e2;
-    springls__patch patch = springls__patch_begin();
-    springls__strip strip;
-    float sum = 0.0f;
-    int i;
-    e1 = springls__normalize(springls__cross(facing, e1));
-    e2 = springls__cross(facing, e1);
-    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
-    for (i = 0; i < count; i++) {
-        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
-        patch = springls__patch_add(patch, springls__sub(p[i], p[0]), e1, e2);
-        strip.middle = springls__mad(strip.middle, p[i], weight[i]);
-        sum += weight[i];
-    }
-    strip.middle = springls__scale(strip.middle, 1.0f / springls__max(sum, 1e-6f));
-    strip.width2 = springls__patch_width2(patch);
-    return strip;
-}
-
-/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
-   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
-   that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
-                                                     int count, float narrow, int certain)
-{
-    const float on = certain ? 0.06f : 0.15f; /* voxel */
-    springls__v3 tried[SPRINGLS__TRIES];
-    springls__sides sides;
-    float total = 0.0f, stray = 0.0f;
-    int i, s, tries = 0;
-    sides.count = 0;
-    for (i = 0; i < count; i++) total += weight[i];
-    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
-        springls__support side = springls__next_side(tried, tries, n, weight, count);
-        springls__strip strip;
-        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;
-        tried[tries++] = side.normal;
-        strip = springls__strip_of(side.normal, p, n, weight, count);
-        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;
-        sides.middle[sides.count] = strip.middle;
-        sides.normal[sides.count++] = side.normal;
-    }
-    for (total = 0.0f, i = 0; i < count; i++) {
-        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
-        for (s = 0; s < sides.count; s++) {
-            float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies
-                   || (along > 0.3f
-                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
-            away = away && along < SPRINGLS__AWAY;
-        }
-        if (lies) total += weight[i];
-        else if (!away) stray += weight[i];
-    }
-    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;
-    return sides;
-}
-
-/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */
-SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
-{
-    springls__v3 d = springls__sub(q, p);
-    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
-}
-
-/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two
-   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */
-SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
-
-SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
-{
-    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
-    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);
-    if (convex[0] == convex[2]) return springls__meet(springls__meet(h[0], h[2], convex[1]), h[1], convex[0]);
-    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
-}
-
-/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
-   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
-
-/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
-SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
-{
-    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);
-    float c = springls__dot(n, m);
-    if (c < -0.5f) return v;
-    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
-}
-
-/* The springls about a place. */
-typedef struct springls__sample_set {
-    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];
-    float weight[SPRINGLS__SAMPLE_SET_SIZE];
-    int id[SPRINGLS__SAMPLE_SET_SIZE], count;
-} springls__sample_set;
-
-/* False when it is full. */
-SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
-{
-    int i = crowd->count;
-    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;
-    crowd->p[i] = p;
-    crowd->n[i] = n;
-    crowd->a[i] = a;
-    crowd->weight[i] = weight;
-    crowd->id[i] = id;
-    crowd->count++;
-    return true;
-}
-
-/* narrow, certain: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)
-{
-    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
-}
-
-/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
-                                            springls__sample_set *crowd)
-{
-    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
-    const float least = 0.3f;
-    int i;
-    crowd->count = 0;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
-        if (i >= known || weight <= 0.0f) continue;
-        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* they lie on each other: these will do */
-        radius *= 0.8f;             /* too many: begin again */
-        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
-        crowd->count = 0;
-    }
-}
-
-/* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,
-                                                        springls__v3 x, springls__v3 a0, int self)
-{
-    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
-    springls__fit_result result;
-    int i;
-    for (i = 0; i < crowd->count; i++)
-        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
-            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
-        result.ok = 0;
-    return result;
-}
-
-/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
-   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
-   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,
-                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
-{
-    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
-    springls__fit_result fit[SPRINGLS__SIDES], result;
-    float least = FLT_MAX;
-    int side, best = -1, good = 0;
-    for (side = 0; side < sides.count; side++) {
-        float off;
-        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
-        if (!fit[side].ok) continue;
-        good++;
-        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
-        if (off >= least) continue;
-        least = off;
-        best = side;
-    }
-    result.ok = good >= at_least;
-    result.point = x;
-    result.normal = n;
-    result.a = a0;
-    if (!result.ok) return result;
-    result = fit[best];
-    for (side = 0; side < sides.count; side++) {
-        int convex;
-        float beyond;
-        if (side == best || !fit[side].ok) continue;
-        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
-        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
-        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
-    }
-    return result;
-}
-
-/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
-                                             int known, springls__fit_result *result)
-{
-    springls__sample_set crowd;
-    springls__sides sides;
-    int i, edges = 0;
-    if (model->set.at_edges == 0) return false;
-    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
-    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
-    if (edges == 0) return false;
-    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);
-    if (sides.count < 2) return false;
-    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
-    return result->ok != 0;
-}
-
-/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
-SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)
-{
-    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;
-    springls__v3 p[SPRINGLS__SIDES];
-    float height[SPRINGLS__SIDES];
-    springls__estimate all;
-    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
-    all.weight = all.distance = 0.0f;
-    if (sides.count == 0) return all;
-    known.count = 0;
-    for (side = 0; side < sides.count; side++) {
-        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f, value = 0.0f;
-        for (i = 0; i < crowd->count; i++) {
-            springls__estimate say;
-            if (springls__side_of(sides, crowd->n[i]) != side) continue;
-            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
-            weight += say.weight;
-            value += say.weight * say.distance;
-            middle = springls__mad(middle, crowd->p[i], say.weight);
-        }
-        if (weight < 1e-3f) continue;
-        p[known.count] = springls__scale(middle, 1.0f / weight);
-        height[known.count] = value / weight;
-        known.normal[known.count++] = sides.normal[side];
-        all.weight += weight;
-    }
-    if (known.count == 0) return all;
-    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
-    if (known.count > 2) {
-        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
-        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
-    }
-    all.distance = springls__height_over_sides(height, known.count, convex);
-    return all;
-}
-
-/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
-   before in SCRATCH7 ---- */
-
-SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);
-    springls__was_at_edge(model)[i] = model->set.edge[i];
-}
-
-/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
-   beside the ones known. */
-SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
-    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
-    springls__v3 p = model->set.s[i].p;
-    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool suspect = false;
-    int other;
-    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
-        float along = springls__dot(normal[i], normal[other]);
-        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
-            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
-    }
-    springls__edge_candidate(model)[i] = suspect;
-}
-
-SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
-    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
-    springls__springl s = model->set.s[i];
-    springls__sample_set crowd;
-    springls__fit_result fit;
-    springls__sides sides;
-    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
-    int k;
-    (void)args;
-    model->set.edge[i] = 0;
-    if (!springls__edge_candidate(model)[i]) return;
-    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
-    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
-    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
-    if (sides.count < 2) return;
-    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
-    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
-    model->set.edge[i] = 1;
-    springls__side_normal(model)[i] = fit.normal;
-}
-
-SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
-    int m;
-    (void)args;
-    if (!model->set.edge[i] || model->set.mask[i]) return;
-    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
-    model->set.s[i] = springls__springl_finished(s);
-}
-
-/* ======== >>track:kernel  (kernels_embed/stages/track.h) ======================================================= */
-/* track.h - correspondences stay on the original surface (section 4.7). */
-
-/* eq. 26: one step along the gradient of the signed distance to the original surface. */
-SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
-{
-    return springls__mad(a, gradient, -step * phi);
-}
-
-/* eq. 26. */
-SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
-{
-    const springls__grid *g = &model->reference;
-    int i;
-    for (i = 0; i < model->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),
-                                   model->params.track_step);
-    return a;
-}
-
-/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
-SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
-{
-    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
-    float d2 = springls__tri_distance2(&plan, s.p);
-    int m;
-    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));
-    return d2;
-}
-
-/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
-   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
-SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)
-{
-    springls__v3 n = springls__springl_normal(s);
-    float radius = model->params.neighbor_radius;
-    int attempt;
-    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
-        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
-        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
-        float best = FLT_MAX;
-        int other, count = 0;
-        while ((other = springls__cell_walk_next(&walk)) >= 0) {
-            float d2;
-            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
-                continue; /* the far sheet */
-            d2 = springls__springl_distance2(s, model->set.s[other]);
-            if (d2 > radius * radius) continue;
-            sum = springls__add(sum, model->set.a[other]);
-            count++;
-            if (d2 < best) {
-                best = d2;
-                nearest = model->set.a[other];
-            }
-        }
-        if (count == 0) continue;
-        sum = springls__scale(sum, 1.0f / (float)count);
-        return springls__length(springls__sub(sum, nearest)) > model->params.nearest_rule ? nearest : sum;
-    }
-    return s.p;
-}
-
-/* The quadratic fit at x over the particles around, springls before `known` only. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                      springls__v3 a0, int known)
-{
-    const float r = SPRINGLS__FIT_RADIUS;
-    springls__fit fit = springls__fit_begin(x, n, a0);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    springls__fit_result result;
-    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
-    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__v3 a = model->set.a[other];
-        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
-        if (fit.count == before) continue;
-        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
-        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
-    }
-    result = springls__fit_end(fit);
-    if (!result.ok) return result;
-    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
-                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
-                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
-    return result;
-}
-
-SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
-}
-
-/* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
-
-/* A springl to be. */
-typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
-
-/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
-#define SPRINGLS__SEED_DISTANCE 0.7f
-#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
-
-SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
-}
-
-SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
-    }
-    return true;
-}
-
-/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
-SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
-{
-    const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_near(model, p, r);
-    float weight = 0.0f, value = 0.0f;
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        weight += say.weight;
-        value += say.weight * say.distance * say.distance;
-    }
-    return weight > 0.0f ? value / weight : FLT_MAX;
-}
-
-/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
-   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
-SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
-{
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
-    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
-    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-    springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
-    springls__fit_result fit;
-    springls__seed seed;
-    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
-    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
-    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
-    x = springls__mad(s->p, opening.middle, away);
-    if (!springls__has_room(model, x, n)) return seed;
-    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
-    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
-    seed.p = fit.point;
-    seed.n = fit.normal;
-    seed.toward = springls__sub(s->p, fit.point);
-    seed.a = springls__project_on_original(model, fit.a);
-    seed.ok = 1;
-    return seed;
-}
-
-/* To SCRATCH1, and its fate to SCRATCH2. */
-SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__seed seed = springls__seed_beside(model, i);
-    (void)args;
-    springls__seeds(model)[i] = seed;
-    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
-}
-
-/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
-   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
-SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
-{
-    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);
-    springls__seed seed = seeds[i];
-    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
-    uint8_t decided = SPRINGLS__KEEP;
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE
-            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
-        decided = SPRINGLS__UNDECIDED;
-    }
-    return decided;
-}
-
-SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
-{
-    uint8_t now = springls__seed_action(model)[i];
-    (void)args;
-    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;
-}
-
-/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
-SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__seed_number(model)[i] =
-        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
-}
-
-/* The first job.i[0] accepted seeds become springls. */
-SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
-{
-    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
-    springls__seed seed = springls__seeds(model)[i];
-    uint32_t at = springls__seed_number(model)[i];
-    int n = model->set.count + (int)at;
-    springls__tri t;
-    if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;
-    t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
-    model->set.parent[n] = model->set.id[i];
-}
-
-/* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
-/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
-   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
-   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:
-     - two inside corners that are diagonal on a face, or opposite in the cube, are never joined;
-     - two opposite outside corners are joined by a tube through the ring of inside corners between them.
-   Corner c of a cube is at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + k runs along axis a in the direction of growing
-   coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:
-   their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a
-   closed manifold wherever the border of the grid is outside. At most six triangles a cube. */
-
-typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
-
-/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
-SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
-    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
-    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
-    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 2, 4, 3, 3, 4, 4, 5, 4, 3, 5, 2,
-    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4, 3, 4, 4, 3, 4, 3, 5, 2, 4, 5, 5, 4, 5, 4, 6, 1,
-    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4,
-    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 2, 3, 4, 5, 3, 2, 3, 4, 4, 3, 4, 5, 5, 4, 4, 5, 3, 2, 5, 6, 4, 1,
-    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 2, 3, 3, 2, 3, 4, 4, 5, 4, 3, 5, 4, 4, 5, 5, 6, 3, 2, 4, 1,
-    3, 4, 4, 5, 4, 5, 5, 6, 4, 5, 3, 4, 3, 4, 2, 1, 2, 3, 3, 2, 3, 2, 4, 1, 3, 4, 2, 1, 2, 1, 1, 0
-};
-
-SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
-    {0}, {0,4,8}, {0,9,5}, {4,8,5, 8,9,5}, {1,10,4}, {0,1,8, 1,10,8}, {0,9,5, 1,10,4}, {1,8,5, 1,10,8, 8,9,5}, {1,5,11},
-    {0,4,8, 1,5,11}, {0,9,1, 9,11,1}, {1,9,11, 1,4,9, 4,8,9}, {4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10},
-    {0,11,4, 0,9,11, 11,10,4}, {8,9,10, 9,11,10}, {2,8,6}, {0,4,2, 4,6,2}, {0,9,5, 2,8,6}, {2,4,6, 2,9,4, 9,5,4},
-    {1,10,4, 2,8,6}, {0,6,2, 0,10,6, 0,1,10}, {0,9,5, 1,10,4, 2,8,6}, {1,10,5, 10,6,5, 6,2,5, 2,9,5}, {1,5,11, 2,8,6},
-    {0,4,2, 4,6,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,6}, {1,6,11, 1,4,6, 6,2,11, 2,9,11}, {2,8,6, 4,5,10, 5,11,10},
-    {0,5,2, 5,11,2, 11,6,2, 11,10,6}, {0,11,4, 0,9,11, 11,10,4, 2,8,6}, {2,11,6, 2,9,11, 11,10,6}, {2,7,9}, {0,4,8, 2,7,9},
-    {0,2,5, 2,7,5}, {2,5,8, 2,7,5, 5,4,8}, {1,10,4, 2,7,9}, {0,1,8, 1,10,8, 2,7,9}, {0,2,5, 2,7,5, 1,10,4},
-    {1,8,5, 1,10,8, 8,2,5, 2,7,5}, {1,5,11, 2,7,9}, {0,4,8, 1,5,11, 2,7,9}, {0,11,1, 0,7,11, 0,2,7},
-    {1,4,11, 4,8,11, 8,2,11, 2,7,11}, {2,7,9, 4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10, 2,7,9},
-    {0,2,4, 2,10,4, 2,7,10, 7,11,10}, {2,10,8, 2,7,10, 7,11,10}, {6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9}, {0,7,5, 0,8,7, 8,6,7},
-    {4,6,5, 6,7,5}, {1,10,4, 6,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,10,7, 10,6,7}, {0,7,5, 0,8,7, 8,6,7, 1,10,4},
-    {1,7,5, 1,10,7, 10,6,7}, {1,5,11, 6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9, 1,5,11}, {0,8,1, 8,6,1, 6,11,1, 6,7,11},
-    {1,6,11, 1,4,6, 6,7,11}, {4,5,10, 5,11,10, 6,7,8, 7,9,8}, {0,6,9, 0,10,6, 0,5,10, 5,11,10, 6,7,9},
-    {0,11,4, 0,7,11, 0,8,7, 8,6,7, 11,10,4}, {6,7,10, 7,11,10}, {3,6,10}, {0,4,8, 3,6,10}, {0,9,5, 3,6,10},
-    {3,6,10, 4,8,5, 8,9,5}, {1,3,4, 3,6,4}, {0,1,8, 1,6,8, 1,3,6}, {0,9,5, 1,3,4, 3,6,4}, {1,3,5, 3,9,5, 3,6,9, 6,8,9},
-    {1,5,11, 3,6,10}, {0,4,8, 1,5,11, 3,6,10}, {0,9,1, 9,11,1, 3,6,10}, {1,9,11, 1,4,9, 4,8,9, 3,6,10},
-    {3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8}, {0,11,4, 0,9,11, 11,3,4, 3,6,4}, {3,9,11, 3,6,9, 6,8,9},
-    {2,8,3, 8,10,3}, {0,4,2, 4,10,2, 10,3,2}, {0,9,5, 2,8,3, 8,10,3}, {2,9,3, 9,5,3, 5,10,3, 5,4,10}, {1,3,4, 3,8,4, 3,2,8},
-    {0,1,2, 1,3,2}, {0,9,5, 1,3,4, 3,8,4, 3,2,8}, {1,3,5, 3,9,5, 3,2,9}, {1,5,11, 2,8,3, 8,10,3},
-    {0,4,2, 4,10,2, 10,3,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,3, 8,10,3}, {1,9,11, 1,4,9, 4,2,9, 4,10,2, 10,3,2},
-    {2,8,3, 8,4,3, 4,11,3, 4,5,11}, {0,5,2, 5,11,2, 11,3,2}, {0,11,4, 0,9,11, 11,3,4, 3,8,4, 3,2,8}, {2,9,3, 9,11,3},
-    {2,7,9, 3,6,10}, {0,4,8, 2,7,9, 3,6,10}, {0,2,5, 2,7,5, 3,6,10}, {2,5,8, 2,7,5, 5,4,8, 3,6,10}, {1,3,4, 3,6,4, 2,7,9},
-    {0,1,8, 1,6,8, 1,3,6, 2,7,9}, {0,2,5, 2,7,5, 1,3,4, 3,6,4}, {1,8,5, 1,6,8, 1,3,6, 8,2,5, 2,7,5}, {1,5,11, 2,7,9, 3,6,10},
-    {0,4,8, 1,5,11, 2,7,9, 3,6,10}, {0,11,1, 0,7,11, 0,2,7, 3,6,10}, {1,4,11, 4,8,11, 8,2,11, 2,7,11, 3,6,10},
-    {2,7,9, 3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8, 2,7,9}, {0,11,4, 0,7,11, 0,2,7, 11,3,4, 3,6,4},
-    {2,7,8, 7,11,8, 11,3,8, 3,6,8}, {3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9}, {0,10,5, 0,8,10, 10,3,5, 3,7,5},
-    {3,5,10, 3,7,5, 5,4,10}, {1,3,4, 3,8,4, 3,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,3,7}, {0,7,5, 0,8,7, 8,3,7, 8,4,3, 4,1,3},
-    {1,3,5, 3,7,5}, {1,5,11, 3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9, 1,5,11},
-    {0,11,1, 0,7,11, 0,8,7, 8,3,7, 8,10,3}, {1,4,11, 4,7,11, 4,10,7, 10,3,7}, {3,4,11, 3,8,4, 3,7,8, 7,9,8, 4,5,11},
-    {0,3,9, 0,5,3, 5,11,3, 3,7,9}, {0,8,7, 8,4,3, 4,0,11, 3,7,8, 7,11,0, 11,3,4}, {3,7,11}, {3,11,7}, {0,4,8, 3,11,7},
-    {0,9,5, 3,11,7}, {3,11,7, 4,8,5, 8,9,5}, {1,10,4, 3,11,7}, {0,1,8, 1,10,8, 3,11,7}, {0,9,5, 1,10,4, 3,11,7},
-    {1,8,5, 1,10,8, 8,9,5, 3,11,7}, {1,5,3, 5,7,3}, {0,4,8, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1},
-    {1,4,3, 4,8,3, 8,7,3, 8,9,7}, {3,5,7, 3,10,5, 10,4,5}, {0,7,8, 0,5,7, 7,3,8, 3,10,8}, {0,9,4, 9,7,4, 7,3,4, 3,10,4},
-    {3,8,7, 3,10,8, 8,9,7}, {2,8,6, 3,11,7}, {0,4,2, 4,6,2, 3,11,7}, {0,9,5, 2,8,6, 3,11,7}, {2,4,6, 2,9,4, 9,5,4, 3,11,7},
-    {1,10,4, 2,8,6, 3,11,7}, {0,6,2, 0,10,6, 0,1,10, 3,11,7}, {0,9,5, 1,10,4, 2,8,6, 3,11,7},
-    {1,10,5, 10,6,5, 6,2,5, 2,9,5, 3,11,7}, {1,5,3, 5,7,3, 2,8,6}, {0,4,2, 4,6,2, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1, 2,8,6},
-    {1,7,3, 1,9,7, 1,4,9, 4,2,9, 4,6,2}, {2,8,6, 3,5,7, 3,10,5, 10,4,5}, {0,6,2, 0,10,6, 0,5,10, 5,3,10, 5,7,3},
-    {0,9,4, 9,7,4, 7,3,4, 3,10,4, 2,8,6}, {2,9,6, 9,10,6, 9,7,10, 7,3,10}, {2,3,9, 3,11,9}, {0,4,8, 2,3,9, 3,11,9},
-    {0,2,5, 2,11,5, 2,3,11}, {2,3,8, 3,4,8, 3,11,4, 11,5,4}, {1,10,4, 2,3,9, 3,11,9}, {0,1,8, 1,10,8, 2,3,9, 3,11,9},
-    {0,2,5, 2,11,5, 2,3,11, 1,10,4}, {1,8,5, 1,10,8, 8,2,5, 2,11,5, 2,3,11}, {1,5,3, 5,9,3, 9,2,3},
-    {0,4,8, 1,5,3, 5,9,3, 9,2,3}, {0,2,1, 2,3,1}, {1,4,3, 4,8,3, 8,2,3}, {2,3,9, 3,5,9, 3,10,5, 10,4,5},
-    {0,10,8, 0,5,10, 5,3,10, 5,9,3, 9,2,3}, {0,2,4, 2,10,4, 2,3,10}, {2,3,8, 3,10,8}, {3,9,6, 3,11,9, 9,8,6},
-    {0,6,9, 0,4,6, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5}, {3,4,6, 3,11,4, 11,5,4}, {1,10,4, 3,9,6, 3,11,9, 9,8,6},
-    {0,6,9, 0,10,6, 0,1,10, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5, 1,10,4}, {1,10,5, 10,6,5, 6,3,5, 3,11,5},
-    {1,5,3, 5,9,3, 9,6,3, 9,8,6}, {0,6,9, 0,4,6, 6,3,9, 3,5,9, 3,1,5}, {0,8,1, 8,6,1, 6,3,1}, {1,4,3, 4,6,3},
-    {3,9,6, 3,5,9, 3,10,5, 10,4,5, 9,8,6}, {0,5,10, 5,9,3, 9,0,6, 3,10,5, 10,6,0, 6,3,9}, {0,3,4, 0,8,3, 8,6,3, 3,10,4},
-    {3,10,6}, {6,10,7, 10,11,7}, {0,4,8, 6,10,7, 10,11,7}, {0,9,5, 6,10,7, 10,11,7}, {4,8,5, 8,9,5, 6,10,7, 10,11,7},
-    {1,6,4, 1,11,6, 11,7,6}, {0,1,8, 1,6,8, 1,11,6, 11,7,6}, {0,9,5, 1,6,4, 1,11,6, 11,7,6},
-    {1,8,5, 1,6,8, 1,11,6, 11,7,6, 8,9,5}, {1,7,10, 1,5,7, 7,6,10}, {0,4,8, 1,7,10, 1,5,7, 7,6,10},
-    {0,9,1, 9,7,1, 7,10,1, 7,6,10}, {1,7,10, 1,9,7, 1,4,9, 4,8,9, 7,6,10}, {4,5,6, 5,7,6}, {0,7,8, 0,5,7, 7,6,8},
-    {0,6,4, 0,9,6, 9,7,6}, {6,8,7, 8,9,7}, {2,10,7, 2,8,10, 10,11,7}, {0,4,2, 4,10,2, 10,7,2, 10,11,7},
-    {0,9,5, 2,10,7, 2,8,10, 10,11,7}, {2,10,7, 2,4,10, 2,9,4, 9,5,4, 10,11,7}, {1,11,4, 11,7,4, 7,2,4, 2,8,4},
-    {0,7,2, 0,11,7, 0,1,11}, {0,9,5, 1,11,4, 11,7,4, 7,2,4, 2,8,4}, {1,2,5, 1,11,2, 11,7,2, 2,9,5},
-    {1,7,10, 1,5,7, 7,2,10, 2,8,10}, {0,4,2, 4,10,2, 10,7,2, 10,1,7, 1,5,7}, {0,9,1, 9,7,1, 7,10,1, 7,2,10, 2,8,10},
-    {1,4,9, 4,10,2, 10,1,7, 2,9,4, 9,7,1, 7,2,10}, {2,5,7, 2,8,5, 8,4,5}, {0,5,2, 5,7,2}, {0,9,4, 9,7,4, 7,2,4, 2,8,4},
-    {2,9,7}, {2,11,9, 2,6,11, 6,10,11}, {0,4,8, 2,11,9, 2,6,11, 6,10,11}, {0,2,5, 2,11,5, 2,6,11, 6,10,11},
-    {2,5,8, 2,11,5, 2,6,11, 6,10,11, 5,4,8}, {1,9,4, 1,11,9, 9,2,4, 2,6,4}, {0,1,8, 1,6,8, 1,11,6, 11,2,6, 11,9,2},
-    {0,2,5, 2,11,5, 2,6,11, 6,1,11, 6,4,1}, {1,11,6, 11,5,2, 5,1,8, 2,6,11, 6,8,1, 8,2,5}, {1,5,10, 5,9,10, 9,2,10, 2,6,10},
-    {0,4,8, 1,5,10, 5,9,10, 9,2,10, 2,6,10}, {0,10,1, 0,6,10, 0,2,6}, {1,2,10, 1,4,2, 4,8,2, 2,6,10}, {2,4,9, 2,6,4, 4,5,9},
-    {0,5,8, 5,6,8, 5,9,6, 9,2,6}, {0,2,4, 2,6,4}, {2,6,8}, {8,10,9, 10,11,9}, {0,11,9, 0,4,11, 4,10,11},
-    {0,10,5, 0,8,10, 10,11,5}, {4,10,5, 10,11,5}, {1,9,4, 1,11,9, 9,8,4}, {0,1,9, 1,11,9}, {0,8,5, 8,11,5, 8,4,11, 4,1,11},
-    {1,11,5}, {1,8,10, 1,5,8, 5,9,8}, {0,4,9, 4,10,9, 10,1,9, 1,5,9}, {0,8,1, 8,10,1}, {1,4,10}, {4,5,8, 5,9,8}, {0,5,9},
-    {0,8,4}, {0}
-};
-
-SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
-
-/* The case of a cube: bit c is set when corner c is inside. */
-SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
-{
-    int mask = 0, c;
-    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;
-    return mask;
-}
-
-SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
-
-/* The edge that carries vertex 0, 1 or 2 of a triangle. */
-SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
-{
-    return (int)springls__mc_triangles[mask][3 * triangle + vertex];
-}
-
-SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
-
-/* The corner where an edge begins; it ends at this corner | 1 << axis. */
-SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
-{
-    int k = edge & 3;
-    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
-}
-
-/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
-   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
-   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
-SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
-{
-    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
-}
-
-SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edge)
-{
-    int a = springls__mc_edge_corner(edge);
-    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
-}
-
-/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
-   first: every cube around the edge finds the same bits. */
-SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
-{
-    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
-    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),
-                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
-}
-
-/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
-   closing surface half a voxel outside is met too. */
-typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
-
-SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
-{
-    springls__cube_range range;
-    int axis;
-    springls__slot_origin(g, slot, range.origin);
-    for (axis = 0; axis < 3; axis++) {
-        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
-        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
-    }
-    return range;
-}
-
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
-{
-    springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
-    return cell;
-}
-
-/* The same cube from the grid itself: slower, without a tile. */
-SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
-{
-    springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
-    return cell;
-}
-
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
-{
-    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
-}
-
-SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
-{
-    springls__tri t;
-    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
-    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
-    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
-    return t;
-}
-
-/* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
-/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
-
-/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
-   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
-{
-    const float r = springls__max(on_sheets, covered);
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
-    float nearest2 = FLT_MAX;
-    bool sheet = false;
-    int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float reach = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
-        if (nearest2 <= covered * covered) return false;
-        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
-    }
-    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
-}
-
-#define SPRINGLS__CUBES 729 /* a brick */
-
-/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
-{
-    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
-    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
-    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    uint32_t count = 0u;
-    int x, y, z, k, row;
-    if (model->group.item == 0) *total = 0u;
-    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
-    for (row = model->group.item; row < 81; row += model->group.items) {
-        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
-        y = row % 9 - 1;
-        z = row / 9 - 1;
-        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
-        for (x = range.lo[0]; x <= range.hi[0]; x++) {
-            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-            int mask = springls__mc_case(cell);
-            for (k = 0; k < springls__mc_count(mask); k++) {
-                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,
-                                           args.exposure.covered_on_sheets)) continue;
-                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
-                count++;
-            }
-        }
-    }
-    if (count > 0u) SPRINGLS__ADD(total, count);
-}
-
-/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
-SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
-    int at = (int)springls__exposed_count(model)[i], cube, k;
-    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
-        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
-        springls__mc_cell cell;
-        if (!exposed[cube]) continue;
-        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
-        for (k = 0; k < 8; k++) {
-            springls__tri t;
-            springls__v3 p;
-            if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= args.insert.count) return; /* no more room, maybe since another brick */
-            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
-            p = springls__tri_centroid(t);
-            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
-        }
-    }
-}
-
-/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
-SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
-{
-    int first = args.fit.first, n = first + i, m;
-    springls__springl s = model->set.s[n];
-    springls__v3 a = springls__adopt_correspondence(model, s, first);
-    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
-        if (fit.ok) {
-            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
-            s.p = fit.point;
-            a = fit.a;
-        }
-    }
-    model->set.s[n] = s;
-    model->set.a[n] = springls__project_on_original(model, a);
-    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
-}
-
-/* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
-/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
-
-/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
-SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
-    int in_cells = model->set.count - model->cells.large_count;
-    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
-    springls__springl s = model->set.s[n];
-    (void)args;
-    o->p = s.p;
-    o->n = springls__springl_normal(s);
-    o->moved = springls__sub(s.p, model->set.synced_position[n]);
-    o->edge = springls__at_edge(model, (int)n);
-}
-
-SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
-{
-    return springls__oriented_springls(model);
-}
-
-/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
-#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
-
-typedef struct springls__near_ranges {
-    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
-} springls__near_ranges;
-
-SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
-{
-    if (first == end) return;
-    near_by->first[near_by->count] = first;
-    near_by->end[near_by->count++] = end;
-}
-
-SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])
-{
-    const springls__grid *g = &model->grid;
-    springls__near_ranges near_by;
-    int x, y, z;
-    near_by.count = 0;
-    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
-        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
-            for (x = -8; x <= 8; x += 8) {
-                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
-                SPRINGLS__GLOBAL const uint32_t *cell;
-                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
-                    continue;
-                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
-                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
-                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
-            }
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
-    return near_by;
-}
-
-/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its
-   normal (0: none is near). */
-#define SPRINGLS__SUM_OFFSET 0
-#define SPRINGLS__SUM_NORMAL 3
-#define SPRINGLS__SUM_MOVED 6
-#define SPRINGLS__SUM_WEIGHT 9
-#define SPRINGLS__SUM_HEIGHT 10
-#define SPRINGLS__SUMS 11
-#define SPRINGLS__NEAREST2 11
-#define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
-
-SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
-
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
-{
-    springls__moments m;
-    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
-    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
-    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
-    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
-    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
-    return m;
-}
-
-/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i, k;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
-        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
-        springls__vmask nearer = d2 < best;
-        if (!springls__vec_any(nearer)) continue;
-        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
-        for (k = 0; k < 3; k++) {
-            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
-            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
-        }
-    }
-}
-
-SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
-{
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
-    springls__vec_store(at, springls__vec_load(at) + value);
-}
-
-/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another
-   sheet. */
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
-        if (!springls__vec_any(w > 0.0f)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
-        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
-        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
-    }
-}
-
-/* Does a place in a brick's own voxels come near one of them, along one axis? */
-SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
-
-/* The first and the last of them that it comes near. */
-SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
-SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
-
-/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
-                                            bool nearest, SPRINGLS__LOCAL float *sums)
-{
-    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int y0, y1, z0, z1, y, z;
-    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    y0 = springls__first_near(p.y);
-    y1 = springls__last_near(p.y);
-    z0 = springls__first_near(p.z);
-    z1 = springls__last_near(p.z);
-    offset.x = -p.x;
-    for (z = z0; z <= z1; z++) {
-        offset.z = (float)z - p.z;
-        for (y = y0; y <= y1; y++) {
-            offset.y = (float)y - p.y;
-            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (!springls__is_mine(group, y + 8 * z)) continue;
-            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
-            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
-        }
-    }
-}
-
-/* The nearest springl of every voxel, then the sums over those that face the same way. */
-SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums)
-{
-    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k, v;
-    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        for (v = 8 * r; v < 8 * r + 8; v++) {
-            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
-            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
-        }
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, true, sums);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            springls__reached_rows(oriented[k], origin, model->group, false, sums);
-}
-
-SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
-{
-    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k;
-    if (!model->params.keep_edges || model->set.at_edges == 0) return false;
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            if (oriented[k].edge) return true;
-    return false;
-}
-
-/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
-                                               springls__v3 x, float *phi)
-{
-    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__sample_set samples;
-    springls__estimate estimate;
-    int r, k, edges = 0;
-    samples.count = 0;
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
-            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
-        }
-    if (edges == 0) return false;
-    estimate = springls__edge_distance(&samples, x);
-    if (estimate.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, estimate.distance);
-    return true;
-}
-
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
-SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
-                                             springls__v3 normal)
-{
-    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    int r, k;
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
-            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
-            springls__v3 d = springls__sub(x, s->p);
-            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
-                return true;
-        }
-    return false;
-}
-
-/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
-   thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
-                                              const springls__wide_tile *tile, const int origin[3], int v,
-                                              springls__moments sum, bool carry, bool at_edge, float phi)
-{
-    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
-    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
-    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
-    springls__projection f;
-    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
-    if (!model->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
-    f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
-        && springls__in_sheet(model, x, springls__normalize(sum.normal)))
-        return f.distance;
-    return springls__corrected_phi(phi, f);
-}
-
-/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
-   longest displacement of any. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
-                                               SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__LOCAL float *sums = memory;
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
-    bool carry = args.project.carry != 0, some, at_edge;
-    springls__wide_tile tile;
-    springls__near_ranges near_by;
-    int row, v, o[3];
-    tile.value = memory + SPRINGLS__SUMS_FLOATS;
-    springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
-    near_by = springls__near_brick(model, o);
-    some = near_by.count > 0;
-    at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) {
-            out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
-                                                 phi[v]);
-            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
-                out[v] = springls__side_unknown(phi[v], g->far_value);
-                *side_unknown = 1;
-            }
-        }
-}
-
-/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
-                                                SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i);
-        springls__vmask unknown = springls__is_side_unknown(c, far_value);
-        if (springls__vec_any(unknown)) {
-            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);
-            if (last) c = springls__restored_side(c, far_value);
-        }
-        springls__vec_store(out + i, c);
-    }
-}
-
-/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
-   counts; job.i[0]: it is the last time, and who is left takes the old value. */
-SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool some_unknown = springls__has_unknown_side(model)[i] != 0;
-    int row, v;
-    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (some_unknown)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,
-                                       out + 8 * row);
-        else
-            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
-    }
-}
-
-/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller
-   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__least(v), hi = springls__most(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vec_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    int row, x, o[3];
-    (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
-        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
-        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
-        for (x = 0; x < 8; x++) {
-            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
-            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
-        }
-    }
-}
-
-/* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
-/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
-
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
-SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_fabs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
-SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
-{
-    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
-   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
-#define SPRINGLS__NEAR 0.577f
-
-/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
-SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)
-{
-    springls__vec c = springls__vec_load(phi), lo = c, hi = c;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return springls__crosses(c, lo, hi);
-}
-
-/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
-{
-    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
-    return springls__vec_select(c < 0.0f, -d, d);
-}
-
-/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a
-   tile. */
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec d = springls__distance_guess(v.c, far_value), own;
-        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;
-        if (springls__vec_any(takes_own | edge)) {
-            own = springls__interface_distance(v);
-            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);
-            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));
-            d = springls__vec_select(takes_own, own, d);
-        }
-        springls__vec_store(out + i, d);
-    }
-}
-
-/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
-{
-    const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
-   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
-        springls__vec d = springls__vec_broadcast(far_value);
-        springls__vmask kept = springls__at_interface(v);
-        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
-        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
-        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
-            d = springls__vec_min(springls__eikonal(x, y, z), d);
-        d = springls__vec_select(v.c < 0.0f, -d, d);
-        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
-    }
-}
-
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
-                                                SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row;
-    (void)args;
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
-}
-
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
-                                                  SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row;
-    (void)args;
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
-}
-
-/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
-SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
-{
-    uint32_t mask = 0;
-    int x, y, z;
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            uint32_t row = 0;
-            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
-        }
-    return mask;
-}
-
-/* Writes that of each brick to SCRATCH0. */
-SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__band_mask(model)[i] = springls__band_neighbor_mask(
-        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
-}
-
-/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
-
-typedef struct springls__relax_rule {
-    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
-    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
-    float sharpness;                 /* lambda_c                                 */
-    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    int threshold, weight, physical; /* H, W, and which torque                   */
-} springls__relax_rule;
-
-SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
-{
-    springls__relax_rule rule;
-    rule.rest = 2.0f * params->particle_radius;
-    rule.radius = params->neighbor_radius;
-    rule.d_max = params->d_max;
-    rule.kappa_int = params->kappa_int;
-    rule.kappa_ext = params->kappa_ext;
-    rule.sharpness = params->sharpness;
-    rule.step_length = params->relax_step_length;
-    rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
-    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
-    return rule;
-}
-
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
-   stands before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
-
-/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
-{
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
-    return turn;
-}
-
-/* Returns v turned (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/stages/relax_body.h -------- */
-/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
-
-/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
-{
-    const float h = b - a;
-    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
-{
-    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
-    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
-    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
-    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
-    return SPRINGLS__W(select)(x <= 0.0f, x, w);
-}
-
-/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
-{
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
-}
-
-/* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
-{
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
-}
-
-/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
-    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
-}
-
-/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
-{
-    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
-    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
-}
-
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
-typedef struct SPRINGLS__W(edges) {
-    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
-} SPRINGLS__W(edges);
-
-/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
-   Returns whether any lane has one. */
-SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
-                                               SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    bool some = false;
-    int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
-        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        edges->a[0][lane] = a.x;
-        edges->a[1][lane] = a.y;
-        edges->a[2][lane] = a.z;
-        edges->b[0][lane] = b.x;
-        edges->b[1][lane] = b.y;
-        edges->b[2][lane] = b.z;
-        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
-        some = some || code >= 0;
-    }
-    return some;
-}
-
-/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
-{
-    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__W(edges) edges;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
-        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
-        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
-        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
-        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
-        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
-        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
-    }
-    return SPRINGLS__W(thresholded)(rule, c);
-}
-
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
-typedef struct SPRINGLS__W(turn) {
-    SPRINGLS__NUM3 axis;
-    SPRINGLS__NUM sine, cosine;
-    SPRINGLS__COND some;
-} SPRINGLS__W(turn);
-
-/* Returns the turn by |w| radians about w. */
-SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
-{
-    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
-    SPRINGLS__W(turn) turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
-    return turn;
-}
-
-/* Returns v turned (Rodrigues). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
-{
-    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
-    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
-    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
-                                SPRINGLS__W(select)(turn.some, r.z, v.z));
-}
-
-/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
-SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
-                                                            const SPRINGLS__NUM3 *g)
-{
-    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM length[3];
-    SPRINGLS__W(turn) turn;
-    int m;
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM arm;
-        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
-        length[m] = SPRINGLS__W(length)(spring[m]);
-        spring[m] = SPRINGLS__W(normalize)(spring[m]);
-        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
-        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
-    }
-    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
-    for (m = 0; m < 3; m++) {
-        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
-        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
-        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
-    }
-    return SPRINGLS__W(springl_finished)(s);
-}
-
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
-SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
-{
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
-    SPRINGLS__NUM3 g[3];
-    int m;
-    for (m = 0; m < 3; m++)
-        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
-    s = SPRINGLS__W(relaxed)(rule, s, g);
-    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
-}
-/* -------- back in kernels_embed/stages/relax.h -------- */
-
-/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
-SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
-    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
-}
-
-/* Does so for springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
-{
-    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int i;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
-        springls__vec_relax_springl(model, rule, begin);
-        for (i = begin; i < begin + SPRINGLS__LANES; i++)
-            if (model->set.mask[i]) springls__relax_element(model, args, i);
-    }
-    for (; begin < end; begin++) springls__relax_element(model, args, begin);
-}
-
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
-SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
-    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
-    (void)args;
-    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    model->set.s[i] = springls__springl_finished(s);
-}
-
-/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
-/* resample.h - splitting at the longest edge (section 4.6). */
-
-/* 0, 1 or 2: the edge from that vertex to the next. */
-SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
-{
-    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
-    float ca = springls__length2(springls__sub(t.a, t.c));
-    if (ab >= bc && ab >= ca) return 0;
-    return bc >= ca ? 1 : 2;
-}
-
-SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
-{
-    return springls__max(springls__length2(springls__sub(t.b, t.a)),
-                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
-}
-
-/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
-SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
-{
-    int edge = springls__longest_edge(t);
-    springls__tri turned = t, part;
-    springls__v3 middle;
-    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
-    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
-    middle = springls__lerp(turned.a, turned.b, 0.5f);
-    part.a = second ? middle : turned.a;
-    part.b = second ? turned.b : middle;
-    part.c = turned.c;
-    return part;
-}
-
-/* A springl that has been split in two; and where the halves have to go. */
-typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
-
-/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
-   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
-SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
-{
-    springls__half child;
-    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
-    springls__fit_result fit;
-    int m;
-    child.s = springls__springl_make(t, springls__tri_centroid(t));
-    child.a = model->set.a[i];
-    child.pad = 0.0f;
-    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
-        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
-        if (fit.ok) {
-            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-            child.s.p = fit.point;
-            child.s = springls__springl_finished(child.s);
-            child.a = springls__project_on_original(model, fit.a);
-        }
-    }
-    return child;
-}
-
-SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
-{
-    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
-}
-
-/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
-SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__split_number(model)[i] = springls__is_overgrown(model,
-                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
-                                                                                     : 0u;
-}
-
-/* To SCRATCH2: the halves of the first job.i[0] of them. */
-SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);
-    uint32_t at = springls__split_number(model)[i];
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
-    halves[2u * at] = springls__child_of(model, i, 0);
-    halves[2u * at + 1u] = springls__child_of(model, i, 1);
-}
-
-/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
-SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
-{
-    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);
-    uint32_t at = springls__split_number(model)[i];
-    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
-    springls__half first, second;
-    int n = model->set.count + (int)at;
-    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;
-    first = halves[2u * at];
-    second = halves[2u * at + 1u];
-    model->set.generation[i]++;
-    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.synced_position[n] = springls__sub(second.s.p, moved);
-    model->set.parent[n] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model,
-                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
-    model->set.birth[n] = model->set.birth[i];
-    model->set.s[i] = first.s;
-    model->set.a[i] = first.a;
-    model->set.synced_position[i] = springls__sub(first.s.p, moved);
-}
-
-/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
-   never matters: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
-   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int part = faces & (~faces + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
-    }
-    return faces != 0u && (faces & ~part) == 0u;
-}
-
-/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int part = outside & (~outside + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
-    }
-    return outside != 0u && part == outside;
-}
-
-/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
-    return mask;
-}
-
-/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
-   live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int color = args.commit_simple.color, x, y, z, o[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (z = color >> 2; z < 8; z += 2)
-        for (y = color >> 1 & 1; y < 8; y += 2)
-            for (x = color & 1; x < 8; x += 2) {
-                int v = x + 8 * y + 64 * z;
-                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
-            }
-}
-
-/* What was not granted is taken out of phi_next. */
-SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
-    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int x;
-    (void)args;
-    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
-}
-
-/* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
-
-/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
-   and radius, comes closer than row[i]. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + radius;
-        at.x = (float)x + springls__vec_from(i);
-        d = springls__vec_sub(at, springls__vec_broadcast3(center));
-        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
-SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
-                                             SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
-    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool unknown = springls__omega_unknown(g, g->active[i]);
-    int origin[3], v, y, z;
-    uint32_t k;
-    (void)args;
-    (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
-    if (!unknown) return;
-    springls__slot_origin(g, g->active[i], origin);
-    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
-        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
-    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
-        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
-        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
-        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
-        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
-        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++)
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
-    }
-}
-
-/* Voxel i of the two constant bricks: job.f, outside and inside. */
-SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
-{
-    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
-}
-
-/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
-SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
-{
-    int slot = model->grid.active[i];
-    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
-}
-
-/* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
-/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then springls say which side of them a voxel lies on. */
-
-/* Blocks closer than this to a springl stop the background. */
-#define SPRINGLS__SHELL 1.5f
-
-/* Of a brick. */
-#define SPRINGLS__OPEN 0
-#define SPRINGLS__BLOCKED 1
-#define SPRINGLS__BACKGROUND 2
-
-/* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
-                                                   SPRINGLS__LOCAL float *nearest)
-{
-    const springls__grid *g = &model->grid;
-    const springls__group group = model->group;
-    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    float least = FLT_MAX;
-    int row, v;
-    (void)args;
-    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
-    SPRINGLS__BARRIER;
-    nearest[group.item] = least;
-    SPRINGLS__BARRIER;
-    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0)
-        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
-}
-
-/* The background takes a block of step^3 bricks, unless one of them is blocked. */
-SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
-{
-    int hi[3], x, y, z, axis;
-    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
-    for (z = at[2]; z < hi[2]; z++)
-        for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++)
-                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
-    for (z = at[2]; z < hi[2]; z++)
-        for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
-    return true;
-}
-
-/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
-SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
-{
-    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
-}
-
-/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
-   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
-   axes makes no difference to where growth ends. */
-SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
-    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
-    int at[3], k;
-    bool at_border, before = true, grew = false;
-    at[b] = i % across * step;
-    at[c] = i / across * step;
-    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
-    for (k = 0; k < 2 * along; k++) {
-        bool background;
-        if (k == along) before = true;
-        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
-        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
-        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
-        before = background;
-    }
-    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
-}
-
-/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
-                                                  SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;
-    int slot = g->top[i], row, v;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    (void)args;
-    (void)memory;
-    SPRINGLS__BARRIER; /* all know the slot */
-    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
-}
-
-SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
-{
-    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
-}
-
-/* Is the background beside a block of b^3 voxels? */
-SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
-{
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
-           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
-           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
-}
-
-/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
-   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
-                                            SPRINGLS__LOCAL float *grown)
-{
-    const springls__grid *g = &model->grid;
-    const springls__group group = model->group;
-    const int b = args.grow.block, across = 8 / b;
-    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + first;
-    SPRINGLS__GLOBAL const float *phi = g->phi + first;
-    float grew = 0.0f;
-    int o[3], block, v;
-    springls__slot_origin(g, g->active[index], o);
-    for (block = group.item; block < across * across * across; block += group.items) {
-        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
-        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
-        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
-            float nearest = FLT_MAX;
-            for (k = z; k < z + b; k++)
-                for (j = y; j < y + b; j++)
-                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-            background = nearest > SPRINGLS__SHELL;
-            if (background) grew = 1.0f;
-        }
-        for (k = z; k < z + b; k++)
-            for (j = y; j < y + b; j++)
-                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
-    }
-    SPRINGLS__BARRIER;
-    grown[group.item] = grew;
-    SPRINGLS__BARRIER;
-    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
-}
-
-/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
-   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
-SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
-{
-    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
-    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
-    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
-}
-
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_from(i);
-        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
-        counts = (nearest < capture) & (d2 < within * within);
-        if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
-    }
-}
-
-/* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)
-{
-    const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int y, z, row, v, o[3];
-    uint32_t k;
-    (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
-    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
-        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++) {
-                v = 8 * y + 64 * z;
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
-            }
-    }
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++)
-            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
-}
-
-/* ---- regions: connected foreground that no springl is near ----
-   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
-   voxels around it. Members are voxels and open constant bricks. */
-
-SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
-{
-    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
-}
-
-/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
-SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
-{
-    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
-    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
-}
-
-/* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
-                                                 SPRINGLS__LOCAL float *memory)
-{
-    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
-    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
-    int row, v;
-    (void)args;
-    (void)memory;
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
-}
-
-/* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
-/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
-   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
-   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
-
-#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
-
-/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
-typedef uint32_t springls__cube;
-
-SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }
-SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
-SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
-
-/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
-SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
-
-SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
-{
-    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;
-}
-
-/* Triangles of a brick before each of its rows of cubes. */
-SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
-{
-    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
-}
-
-/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
-typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
-
-/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest
-   number. Cubes that begin before the domain belong to the bricks at its border. */
-SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
-{
-    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
-    springls__vertex_owner owner;
-    int at[3], at_b, at_c, k;
-    at[0] = x;
-    at[1] = y;
-    at[2] = z;
-    at_b = at[b] + (edge & 1);
-    at_c = at[c] + (edge >> 1 & 1);
-    owner.cube[axis] = at[axis];
-    owner.brick = -1;
-    for (k = 3; k >= 0; k--) {
-        int brick;
-        at[b] = at_b - (k & 1);
-        at[c] = at_c - (k >> 1);
-        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
-        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
-        owner.brick = brick;
-        owner.edge = 4 * axis + k;
-        owner.cube[b] = at[b];
-        owner.cube[c] = at[c];
-        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */
-    }
-    return owner;
-}
-
-/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some
-   of the rest. */
-SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
-{
-    uint32_t own = 0u;
-    int edge;
-    bool first[3];
-    first[0] = (x & 7) == 0;
-    first[1] = (y & 7) == 0;
-    first[2] = (z & 7) == 0;
-    for (edge = 0; edge < 12; edge++) {
-        int axis = springls__mc_edge_axis(edge), a = springls__mc_edge_corner(edge);
-        springls__vertex_owner owner;
-        if (!((edge & 1) || first[axis == 0 ? 1 : 0]) || !((edge & 2) || first[axis == 2 ? 1 : 2])) continue;
-        if (((mask >> a ^ mask >> (a | 1 << axis)) & 1) == 0) continue;
-        if ((edge & 3) != 3) {
-            owner = springls__owner_of(g, x, y, z, edge);
-            if (owner.cube[0] != x || owner.cube[1] != y || owner.cube[2] != z) continue;
-        }
-        own |= 1u << edge;
-    }
-    return own;
-}
-
-/* Which voxels of a row of a tile are inside, one bit each. */
-SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
-{
-    uint32_t signs = 0u;
-    int x;
-    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
-    return signs;
-}
-
-/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
-SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
-{
-    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
-    int k;
-    for (k = 0; k < 4; k++) {
-        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
-        all &= row[k];
-        some |= row[k];
-    }
-    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
-}
-
-/* The case of the cube at x among them. */
-SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
-{
-    uint32_t mask = 0u;
-    int k;
-    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;
-    return (int)mask;
-}
-
-/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
-#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
-
-/* A row of cubes of active brick i; vertices are counted from the row's begin. */
-SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
-                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
-{
-    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;
-    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;
-    uint32_t row[4], triangles = 0u, vertices = 0u, own;
-    int x;
-    for (x = 0; x < 9; x++) cubes[x] = 0u;
-    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
-        for (x = range->lo[0]; x <= range->hi[0]; x++) {
-            int mask = springls__case_between(row, x);
-            if (springls__mc_count(mask) == 0) continue;
-            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);
-            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;
-            triangles += (uint32_t)springls__mc_count(mask);
-            for (; own; own &= own - 1u) vertices++;
-        }
-    rows[n] = (float)triangles;
-    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
-}
-
-/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
-   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
-{
-    const springls__group group = model->group;
-    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
-    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
-    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    int n, x, k;
-    (void)args;
-    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
-    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
-        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
-    SPRINGLS__BARRIER;
-    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);
-    SPRINGLS__BARRIER;
-    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */
-        float sum = 0.0f;
-        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {
-            float one = rows[n];
-            rows[n] = sum;
-            sum += one;
-        }
-        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
-    }
-    SPRINGLS__BARRIER;
-    if (group.item == 0) springls__surface_rank(model)[model->grid.active[i]] = i;
-    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
-        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
-        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
-        for (x = 0; x < 9 && vertices > 0u; x++)
-            if (cubes[9 * n + x]) cubes[9 * n + x] += vertices << 20;
-    }
-}
-
-/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
-SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
-{
-    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;
-    uint32_t seen = 0u;
-    springls__cube cube;
-    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
-    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
-    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);
-    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
-        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
-        seen |= 1u << other;
-    }
-    return number;
-}
-
-/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
-SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
-                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
-{
-    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
-    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
-    const int mask = springls__cube_case(cube), *o = range->origin;
-    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
-    uint32_t seen = 0u;
-    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
-        int edge = springls__mc_edge(mask, 0, k);
-        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
-            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);
-            vertex[edge] = place++;
-        } else if (!(seen >> edge & 1u)) {
-            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
-        }
-        seen |= 1u << edge;
-        corners[k] = vertex[edge];
-    }
-}
-
-/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
-    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
-    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)args.surface.triangles;
-    int n, x;
-    if (end == before[0]) return;
-    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
-    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {
-        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];
-        const int y = n % 9 - 1, z = n / 9 - 1;
-        for (x = -1; x < 8; x++) {
-            springls__cube cube = cubes[springls__cube_index(x, y, z)];
-            if (cube == 0u) continue;
-            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);
-            first += (uint32_t)springls__mc_count(springls__cube_case(cube));
-        }
-    }
-}
-
-/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
-SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
-{
-    springls__v3 a = model->set.a[springl];
-    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
-    return fit.ok ? fit.a : a;
-}
-
-/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
-SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__v3 x = springls__surface_positions(model)[i];
-    int nearest = springls__nearest_springl(model, x, 1.0f);
-    (void)args;
-    springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
-    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-    springls__vertex_springl(model)[i] = nearest;
-}
-
-/* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
-/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
-   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
-   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
-
-/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
-#define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \
-    X(move, 512, SPRINGLS__BIT(S))                                                                                               \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
-    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \
-    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \
-    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
-    X(track, 256, SPRINGLS__BIT(A))                                                                                              \
-    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \
-    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
-    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \
-    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \
-    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \
-    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
-    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \
-    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
-    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
-    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \
-    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \
-    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \
-    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
-    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \
-    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))
-
-/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
-#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
-    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \
-    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
-    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \
-    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
-    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \
-    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
-    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
-    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \
-      SPRINGLS__SURFACE_FLOATS)                                                                                                  \
-    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
-
-/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
-#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
-    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
-
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
-   Name, and elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
-    X(counts_clear, 16)                                                                                                          \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
-    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
-    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
-
-/* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
-/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
-
-typedef enum springls__kernel {
-#define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
-#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
-    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
-#undef SPRINGLS__BRICK_NUMBER
-#undef SPRINGLS__KERNEL_NUMBER
-    SPRINGLS__KERNEL_COUNT
-} springls__kernel;
-
-typedef struct springls__kernel_info {
-    const char *name;
-    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
-    int grain;
-    uint64_t writes;
-    bool brick; /* a work group does one */
-} springls__kernel_info;
-
-#define SPRINGLS__RANGE(name)                                                                                            \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
-    }
-
-#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        springls__##name##_elements(model, args, begin, end);                                                             \
-    }
-
-#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
-    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
-    {                                                                                                                    \
-        float memory[floats];                                                                                            \
-        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
-    }
 
 /* ======== >>residency  (src/runtime/residency.h) =============================================================== */
 /* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
@@ -7639,8 +3979,3841 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (springls__has_array(SPRINGLS__WORK_BITS, array)) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (springls__has_array(SPRINGLS__WORK_BITS, array))
+            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
+
+/* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
+/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
+   is listed in `large` instead, so that one huge triangle does not widen every search. */
+
+/* Returns the cell of a voxel within its brick. */
+SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
+{
+    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
+}
+
+/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
+typedef struct springls__cell_walk {
+    const springls__grid *g;
+    const springls__cell_list *cells;
+    int lo[3], hi[3], x, y, z;
+    uint32_t next, end;
+    int large;
+} springls__cell_walk;
+
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+                                                              springls__v3 upper)
+{
+    springls__cell_walk walk;
+    const springls__grid *g = &model->grid;
+    walk.g = g;
+    walk.cells = &model->cells;
+    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
+    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
+    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
+    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
+    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
+    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
+    walk.x = walk.lo[0];
+    walk.y = walk.lo[1];
+    walk.z = walk.lo[2];
+    walk.next = walk.end = 0;
+    walk.large = 0;
+    return walk;
+}
+
+/* Returns the next springl; -1 at the end. */
+SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__grid *g = walk->g;
+        SPRINGLS__GLOBAL const uint32_t *cell;
+        int last;
+        if (walk->z > walk->hi[2]) {
+            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
+        }
+        last = springls__imin(walk->x | 7, walk->hi[0]);
+        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
+        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
+        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
+        walk->x = last + 1;
+        if (walk->x > walk->hi[0]) {
+            walk->x = walk->lo[0];
+            walk->y += SPRINGLS__CELL;
+            if (walk->y > walk->hi[1]) {
+                walk->y = walk->lo[1];
+                walk->z += SPRINGLS__CELL;
+            }
+        }
+    }
+    return (int)walk->cells->ids[walk->next++];
+}
+
+/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
+{
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
+}
+
+/* Begins a walk over all springls of which some point may lie within `radius` of the box. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
+                                                               springls__v3 upper, float radius)
+{
+    float r = radius + model->cells.bounding_radius;
+    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+}
+
+/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
+#define SPRINGLS__LARGE_KEY 0xffffffffu
+#define SPRINGLS__MISSING_KEY 0xfffffffeu
+
+/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
+SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
+    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+    (void)args;
+    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
+}
+
+SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
+{
+    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
+}
+
+/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
+   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
+SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
+{
+    int c;
+    cell[0] = begin;
+    for (c = 1; c < SPRINGLS__CELLS; c++) {
+        uint32_t count = cell[c];
+        cell[c] = begin;
+        begin += count;
+    }
+    return begin;
+}
+
+SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
+{
+    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
+        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
+}
+
+/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
+   the list of active brick r begins. */
+SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
+}
+
+/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
+    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
+    int brick;
+    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
+            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
+}
+
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around
+   counts. */
+SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
+{
+    uint32_t mask = 0;
+    int y, z;
+    for (z = 0; z < 4; z++)
+        for (y = 0; y < 4; y++, cell += 4)
+            if (cell[4] > cell[0])
+                mask |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return mask;
+}
+
+/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
+   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
+SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    if (i < g->active_count) {
+        springls__slot_origin(g, g->active[i], origin);
+        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
+    }
+    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
+    return SPRINGLS__ALL_AROUND;
+}
+
+/* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
+/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
+   closest edge of each, nearest first, ties by index. */
+
+/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
+SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
+{
+    int i = length < room ? length : room - 1;
+    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;
+    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {
+        d2s[i] = d2s[i - 1];
+        codes[i] = codes[i - 1];
+    }
+    d2s[i] = d2;
+    codes[i] = code;
+    return length < room ? length + 1 : room;
+}
+
+/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)
+   and its squared distance. */
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
+                                             float radius2, float d2[8], float edge[8])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
+    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    int e, m;
+    for (m = 0; m < 3; m += SPRINGLS__LANES) {
+        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
+        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);
+        for (e = 0; e < 3; e++) {
+            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);
+            springls__vmask nearer = d < best;
+            best = springls__vec_select(nearer, d, best);
+            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);
+        }
+        springls__vec_store(d2 + m, best);
+        springls__vec_store(edge + m, found);
+    }
+}
+
+/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
+   last. */
+SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
+    const float radius = model->params.neighbor_radius, radius2 = radius * radius;
+    const int room = model->params.max_neighbors;
+    springls__v3 lower, upper, normal = springls__springl_normal(*self);
+    springls__cell_walk walk;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
+    int length[3] = { 0, 0, 0 }, other, m;
+    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
+    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
+    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
+    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
+    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
+    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
+    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
+    walk = springls__cell_walk_around(model, lower, upper, radius);
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &all[other];
+        float within = radius + o->bounding_radius + self->bounding_radius;
+        if (other == n) continue;
+        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
+        within = radius + o->bounding_radius;
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
+        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
+        springls__nearest_edges(o, self->q, radius2, d2, edge);
+        for (m = 0; m < 3; m++)
+            if (edge[m] >= 0.0f)
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
+                                                     room, d2[m], 3 * other + (int)edge[m]);
+    }
+}
+
+SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+}
+
+/* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
+/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
+
+/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
+SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
+{
+    springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);
+    float l2 = springls__length2(ab) * springls__length2(ac);
+    return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
+}
+
+/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
+SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
+{
+    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);
+    float c = springls__corner_cosine(t.c, t.a, t.b);
+    float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));
+    float area2 = springls__length2(springls__tri_area2(t));
+    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
+}
+
+/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
+   `toward`. */
+SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
+{
+    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
+    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
+    springls__tri t;
+    if (springls__length2(u) < 1e-8f)
+        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))
+                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));
+    u = springls__normalize(u);
+    v = springls__cross(n, u);
+    t.a = springls__mad(p, u, radius);
+    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);
+    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);
+    return t;
+}
+
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
+   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
+SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float range = 1.6f, aside = 1.0f; /* voxels */
+    float depth = -springls__dot(d, n), d2 = springls__length2(d);
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
+}
+
+/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
+SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float range = 1.5f; /* voxels */
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
+}
+
+/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are
+   far from the zero level. */
+SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
+{
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
+                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
+}
+
+SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+}
+
+/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
+   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front
+   of either; in front of springls left over where two bodies have merged it is inside. */
+SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
+{
+    const float r = 1.6f, ahead = 1.5f;
+    const int enough = 3;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    springls__v3 n = springls__springl_normal(*s);
+    springls__cell_walk walk;
+    int other, beside = 0;
+    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
+    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
+    walk = springls__cell_walk_near(model, s->p, r);
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
+        if (other == i || springls__length2(d) > r * r) continue;
+        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
+        m = springls__springl_normal(model->set.s[other]);
+        if (springls__is_far_side(d, n, m)) return true;
+        beside += springls__is_beside(d, n, m);
+        if (beside >= enough && model->set.phi[i] > 0.0f) return true;
+    }
+    return false;
+}
+
+/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
+   zero in the projection. */
+SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
+{
+    const float ahead = 0.75f, deep = -0.2f;
+    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
+}
+
+/* Decides whether to keep, remove or reshape springl i (contract_action). */
+SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
+    springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
+    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    *action = SPRINGLS__KEEP;
+    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
+    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    else if (!model->set.mask[i]
+             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
+}
+
+/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */
+SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
+    springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
+    springls__v3 area2 = springls__tri_area2(t), n;
+    float area = 0.5f * springls__length(area2);
+    (void)args;
+    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
+    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
+    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    model->set.s[i] = springls__springl_make(t, s.p);
+}
+
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
+   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
+{
+    const float r = model->params.merge_distance;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    uint8_t decided = SPRINGLS__KEEP;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        bool older = model->set.generation[other] < model->set.generation[i]
+                  || (model->set.generation[other] == model->set.generation[i] && other < i);
+        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        decided = SPRINGLS__UNDECIDED;
+    }
+    return decided;
+}
+
+SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
+    uint8_t current = action[i];
+    (void)args;
+    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
+    springls__next_contract_action(model)[i] = current;
+}
+
+/* Makes springl i undecided unless it is removed already. */
+SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
+    (void)args;
+    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
+}
+
+/* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
+/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
+   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+{
+    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
+    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
+    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
+    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
+    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
+    float g2 = x * x + y * y + z * z;
+    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
+                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+}
+
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* phi_next from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
+    (void)args;
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
+            out[x] += step * lambda * springls__curvature_motion(block);
+        }
+    }
+}
+
+/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
+/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
+   two of them is wide, springls are missing or the surface ends. */
+
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
+
+typedef struct springls__angular_gaps {
+    springls__v3 e1, e2;                      /* the tangent frame  */
+    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
+    int count;
+} springls__angular_gaps;
+
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
+{
+    springls__angular_gaps gaps;
+    gaps.e1 = springls__any_tangent(n);
+    gaps.e2 = springls__cross(n, gaps.e1);
+    gaps.count = 0;
+    return gaps;
+}
+
+/* Adds a neighbor at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
+{
+    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
+    angle = springls__atan2(v, u);
+    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
+    gaps.angle[i] = angle;
+    gaps.count++;
+    return gaps;
+}
+
+/* The two widest gaps (radians), and the direction that halves the widest. */
+typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
+
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
+{
+    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    springls__widest_gap widest;
+    float from, middle;
+    int i;
+    widest.angle = turn;
+    widest.second = 0.0f;
+    widest.middle = gaps.e1;
+    if (gaps.count == 0) return widest;
+    from = gaps.angle[gaps.count - 1];
+    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps.count; i++) {
+        float angle = gaps.angle[i] - gaps.angle[i - 1];
+        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
+        if (angle <= widest.angle) continue;
+        widest.angle = angle;
+        from = gaps.angle[i - 1];
+    }
+    middle = (from + 0.5f * widest.angle) * over_pi;
+    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
+                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+    return widest;
+}
+
+/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+   two wide gaps; its end and a drop leave nearly all open. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
+{
+    const float degree = 0.0174532925f;
+    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
+    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
+}
+
+/* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
+/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as
+   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order
+   accuracy; copying (section 4.7) has none. */
+
+#define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */
+#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
+#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
+
+typedef struct springls__fit {
+    springls__v3 origin, e1, e2, n; /* the tangent frame */
+    springls__v3 a0;                /* correspondences are summed relative to it */
+    float normal_matrix[21];        /* lower triangle, row by row */
+    float right[24];
+    int count;
+} springls__fit;
+
+SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
+{
+    springls__fit fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.a0 = a0;
+    fit.e1 = springls__any_tangent(n);
+    fit.e2 = springls__cross(n, fit.e1);
+    fit.count = 0;
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
+    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;
+    return fit;
+}
+
+/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+{
+    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
+    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+    int i, j;
+    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
+    term[0] = 1.0f;
+    term[1] = springls__dot(d, fit.e1);
+    term[2] = springls__dot(d, fit.e2);
+    term[3] = term[1] * term[1];
+    term[4] = term[1] * term[2];
+    term[5] = term[2] * term[2];
+    value[0] = h;
+    value[1] = a.x - fit.a0.x;
+    value[2] = a.y - fit.a0.y;
+    value[3] = a.z - fit.a0.z;
+    weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
+    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
+        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
+    }
+    fit.count++;
+    return fit;
+}
+
+/* The fitted surface at the origin. */
+typedef struct springls__fit_result {
+    springls__v3 point, normal, a;
+    int ok; /* 0: too few neighbors, or they lie on a line */
+} springls__fit_result;
+
+/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */
+SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
+{
+    springls__fit_result result;
+    float l[21], x[24];
+    int i, j, k, v;
+    result.ok = 0;
+    result.point = fit.origin;
+    result.normal = fit.n;
+    result.a = fit.a0;
+    if (terms == 0) return result;
+    for (i = 0; i < terms; i++) {
+        for (j = 0; j <= i; j++) {
+            float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
+            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
+            if (i == j) {
+                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* coordinates are at most 1 */
+                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
+            } else {
+                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
+            }
+        }
+    }
+    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
+        for (i = 0; i < terms; i++) {
+            float sum = fit.right[SPRINGLS__FIT_VALUES * i + v];
+            for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[SPRINGLS__FIT_VALUES * k + v];
+            x[SPRINGLS__FIT_VALUES * i + v] = sum / l[i * (i + 1) / 2 + i];
+        }
+        for (i = terms - 1; i >= 0; i--) {
+            float sum = x[SPRINGLS__FIT_VALUES * i + v];
+            for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[SPRINGLS__FIT_VALUES * k + v];
+            x[SPRINGLS__FIT_VALUES * i + v] = sum / l[i * (i + 1) / 2 + i];
+        }
+    }
+    result.ok = 1;
+    result.point = springls__mad(fit.origin, fit.n, x[0] * SPRINGLS__FIT_RADIUS);
+    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, x[SPRINGLS__FIT_VALUES])),
+                                                      springls__scale(fit.e2, x[2 * SPRINGLS__FIT_VALUES])));
+    result.a = springls__add(fit.a0, springls__v3_make(x[1], x[2], x[3]));
+    return result;
+}
+
+/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
+   wide hole, the height is unreliable: the place stays. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+{
+    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
+    if (fit.count < 4) result.ok = 0;
+    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (u * u + v * v > w * w) {
+        result.point = fit.origin;
+        result.normal = fit.n;
+    }
+    return result;
+}
+
+/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
+/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float d2, within = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
+   `high` above or below its tangent plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__angular_gaps_widest(gaps);
+}
+
+/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
+   a voxel may break. Particles of both sides count; those right above or below have no direction. */
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__spans_sheet(gaps) != 0;
+}
+
+/* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
+/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
+
+/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */
+#define SPRINGLS__PROJECT_RADIUS 1.6f
+
+/* Two normals are of the same sheet where the cosine of the angle between them is larger. */
+#define SPRINGLS__SAME_SHEET 0.4f
+
+/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
+typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
+
+/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
+typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
+
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
+/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+
+/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
+{
+    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
+    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
+    t = t * t;
+    return t * t;
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/project_body.h -------- */
+/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+
+/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
+{
+    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
+    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
+    t = t * t;
+    return t * t;
+}
+/* -------- back in kernels_embed/stages/project.h -------- */
+
+/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
+typedef struct springls__estimate { float weight, distance; } springls__estimate;
+
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,
+                                                               springls__v3 n)
+{
+    springls__v3 d = springls__sub(x, p);
+    float along = springls__dot(direction, n);
+    springls__estimate estimate;
+    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;
+    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
+    return estimate;
+}
+
+/* Sums of less weight do not count. */
+#define SPRINGLS__MIN_WEIGHT 1e-3f
+
+/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
+typedef struct springls__projection { float distance, trust; } springls__projection;
+
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
+SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
+{
+    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
+    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
+    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
+    springls__projection f;
+    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    f.trust = 0.5f - aside2;
+    return f;
+}
+
+/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
+   the springls are closer than |phi|: phi may have lost a sheet here. */
+SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
+{
+    float change = springls__fabs(f.distance - phi);
+    int same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
+    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
+}
+
+/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
+SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
+{
+    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+}
+
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
+   minus twice far_value. */
+SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
+{
+    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
+}
+
+/* Returns where phi bears that mark. */
+SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
+{
+    return springls__vec_fabs(phi) > 1.5f * far_value;
+}
+
+/* Returns phi without the mark of an unknown side. */
+SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
+{
+    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);
+}
+
+/* Returns phi where the side is known, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
+}
+
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are
+   from the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays
+   unknown. */
+SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
+{
+    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
+                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
+                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
+    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
+    d = springls__vec_select(sum < 0.0f, -d, d);
+    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
+}
+
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,
+   and not far aside. */
+SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+{
+    float h = springls__dot(d, n);
+    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
+}
+
+/* ======== >>keep_edges:kernel  (kernels_embed/stages/keep_edges.h) ============================================= */
+/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
+   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no
+   sides, however strong the curvature. */
+
+#define SPRINGLS__SIDES 3             /* at most: a corner                                         */
+#define SPRINGLS__TRIES 6             /* directions tried for sides                                */
+#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
+#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
+#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
+#define SPRINGLS__NARROW 0.4f         /* voxel: see springls__find_sides                           */
+#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
+#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
+#define SPRINGLS__CONCAVE 2
+
+/* `count` sides; 0 or 1: no crease here. */
+typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
+
+/* Returns the side that a normal belongs to; -1: none. */
+SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
+{
+    int s, best = -1;
+    float most = SPRINGLS__TOGETHER, along;
+    for (s = 0; s < sides.count; s++) {
+        along = springls__dot(sides.normal[s], n);
+        if (along <= most) continue;
+        most = along;
+        best = s;
+    }
+    return best;
+}
+
+/* Moments of the places of a side in two tangent coordinates. */
+typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;
+
+SPRINGLS__MATHS springls__patch springls__patch_begin(void)
+{
+    springls__patch patch;
+    patch.count = patch.u = patch.v = patch.uu = patch.uv = patch.vv = 0.0f;
+    return patch;
+}
+
+SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, springls__v3 d, springls__v3 e1, springls__v3 e2)
+{
+    float u = springls__dot(d, e1), v = springls__dot(d, e2);
+    patch.count += 1.0f;
+    patch.u += u;
+    patch.v += v;
+    patch.uu += u * u;
+    patch.uv += u * v;
+    patch.vv += v * v;
+    return patch;
+}
+
+/* Returns their variance in the direction in which it is least. */
+SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
+{
+    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
+    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;
+    float difference = 0.5f * (uu - vv);
+    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
+}
+
+/* A direction, and the weight of the springls that face it. */
+typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
+
+SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)
+{
+    int j;
+    for (j = 0; j < tries; j++)
+        if (springls__dot(tried[j], n) >= SPRINGLS__APART) return true;
+    return false;
+}
+
+/* Returns the mean direction of the springls that face like number i, and their weight. */
+SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)
+{
+    springls__support support;
+    int j;
+    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+    support.weight = 0.0f;
+    for (j = 0; j < count; j++) {
+        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
+        support.weight += weight[j];
+        support.normal = springls__mad(support.normal, n[j], weight[j]);
+    }
+    support.normal = springls__normalize(support.normal);
+    return support;
+}
+
+/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */
+SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
+                                                      const float *weight, int count)
+{
+    springls__support best, support;
+    int i, stride = count / 24 + 1;
+    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+    best.weight = 0.0f;
+    for (i = 0; i < count; i += stride) {
+        if (springls__is_tried(tried, tries, n[i])) continue;
+        support = springls__support_of(i, n, weight, count);
+        if (support.weight > best.weight) best = support;
+    }
+    return best;
+}
+
+/* The middle of the springls of a side, and how narrow a strip they are: their least variance, voxel^2. */
+typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
+
+SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
+                                                   const float *weight, int count)
+{
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
+                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
+                 e2;
+    springls__patch patch = springls__patch_begin();
+    springls__strip strip;
+    float sum = 0.0f;
+    int i;
+    e1 = springls__normalize(springls__cross(facing, e1));
+    e2 = springls__cross(facing, e1);
+    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+    for (i = 0; i < count; i++) {
+        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
+        patch = springls__patch_add(patch, springls__sub(p[i], p[0]), e1, e2);
+        strip.middle = springls__mad(strip.middle, p[i], weight[i]);
+        sum += weight[i];
+    }
+    strip.middle = springls__scale(strip.middle, 1.0f / springls__max(sum, 1e-6f));
+    strip.width2 = springls__patch_width2(patch);
+    return strip;
+}
+
+/* Finds sides with a twelfth of the weight each, at least, and none a strip narrower than `narrow`: rows of triangles round a
+   thin rim are no sides. */
+SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                         int count, float narrow)
+{
+    springls__v3 tried[SPRINGLS__TRIES];
+    springls__sides sides;
+    float total = 0.0f;
+    int i, tries = 0;
+    sides.count = 0;
+    for (i = 0; i < count; i++) total += weight[i];
+    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
+        springls__support side = springls__next_side(tried, tries, n, weight, count);
+        springls__strip strip;
+        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;
+        tried[tries++] = side.normal;
+        strip = springls__strip_of(side.normal, p, n, weight, count);
+        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;
+        sides.middle[sides.count] = strip.middle;
+        sides.normal[sides.count++] = side.normal;
+    }
+    return sides;
+}
+
+/* Returns true when a springl faces as a side does, or lies on one within `distance` (voxels), whichever of several ways it has
+   been turned. */
+SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)
+{
+    int s;
+    if (springls__side_of(*sides, n) >= 0) return true;
+    for (s = 0; s < sides->count; s++)
+        if (springls__dot(n, sides->normal[s]) > 0.3f
+            && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;
+    return false;
+}
+
+/* Returns true when a springl faces away from all sides: it is of another sheet. */
+SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls__v3 n)
+{
+    int s;
+    for (s = 0; s < sides->count; s++)
+        if (springls__dot(n, sides->normal[s]) >= SPRINGLS__AWAY) return false;
+    return true;
+}
+
+/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
+   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
+{
+    const float distance = certain ? 0.06f : 0.15f; /* voxel */
+    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
+    float on = 0.0f, stray = 0.0f;
+    int i;
+    for (i = 0; i < count; i++) {
+        if (springls__is_on_side(&sides, p[i], n[i], distance)) on += weight[i];
+        else if (!springls__faces_away(&sides, n[i])) stray += weight[i];
+    }
+    if (stray * (certain ? 12.0f : 5.0f) > on) sides.count = 0;
+    return sides;
+}
+
+/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */
+SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
+{
+    springls__v3 d = springls__sub(q, p);
+    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
+}
+
+/* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */
+SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
+
+/* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come
+   first whose edge is of another kind than the others. */
+SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
+{
+    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
+    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);
+    if (convex[0] == convex[2]) return springls__meet(springls__meet(h[0], h[2], convex[1]), h[1], convex[0]);
+    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
+}
+
+/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
+   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
+SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+
+/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
+SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
+{
+    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);
+    float c = springls__dot(n, m);
+    if (c < -0.5f) return v;
+    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
+}
+
+/* The springls about a place, with weights that fall with their distance. */
+typedef struct springls__sample_set {
+    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];
+    float weight[SPRINGLS__SAMPLE_SET_SIZE];
+    int id[SPRINGLS__SAMPLE_SET_SIZE], count;
+} springls__sample_set;
+
+/* Adds one; false when the set is full. */
+SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
+                                              float weight, int id)
+{
+    int i = samples->count;
+    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;
+    samples->p[i] = p;
+    samples->n[i] = n;
+    samples->a[i] = a;
+    samples->weight[i] = weight;
+    samples->id[i] = id;
+    samples->count++;
+    return true;
+}
+
+/* Finds the sides of a set: see springls__find_sides. */
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)
+{
+    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
+}
+
+/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
+   set. */
+SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__sample_set *samples)
+{
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    const float least = 0.3f;
+    int i;
+    samples->count = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || weight <= 0.0f) continue;
+        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (radius < least) return; /* they lie on each other: these are enough */
+        radius *= 0.8f;             /* too many: begin again */
+        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        samples->count = 0;
+    }
+}
+
+/* Fits the surface of one side about x, without springl `self`. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,
+                                                        springls__v3 x, springls__v3 a0, int self)
+{
+    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit_result result;
+    int i;
+    for (i = 0; i < samples->count; i++)
+        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
+            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
+    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
+        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+        result.ok = 0;
+    return result;
+}
+
+/* Fits the surface of every side about x; returns how many fits are good. */
+SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
+{
+    int side, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);
+        good += fit[side].ok != 0;
+    }
+    return good;
+}
+
+/* Returns the side whose fitted surface is nearest to x; of two as near the one that faces more like n. */
+SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRINGLS__SIDES], int count, springls__v3 x,
+                                           springls__v3 n)
+{
+    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
+    float least = FLT_MAX, off;
+    int side, best = -1;
+    for (side = 0; side < count; side++) {
+        if (!fit[side].ok) continue;
+        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
+        if (off >= least) continue;
+        least = off;
+        best = side;
+    }
+    return best;
+}
+
+/* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the
+   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
+   SPRINGLS__CONCAVE. */
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
+{
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);
+    result.ok = good >= at_least;
+    result.point = x;
+    result.normal = n;
+    result.a = a0;
+    if (!result.ok) return result;
+    best = springls__nearest_side(fit, sides.count, x, n);
+    result = fit[best];
+    for (side = 0; side < sides.count; side++) {
+        int convex;
+        float beyond;
+        if (side == best || !fit[side].ok) continue;
+        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;
+        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
+        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+    }
+    return result;
+}
+
+/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+                                             int known, springls__fit_result *result)
+{
+    springls__sample_set samples;
+    springls__sides sides;
+    int i, edges = 0;
+    if (model->set.at_edges == 0) return false;
+    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
+    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
+    if (edges == 0) return false;
+    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
+    if (sides.count < 2) return false;
+    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
+    return result->ok != 0;
+}
+
+/* Returns the mean distance of x over one side, and the middle of that side. */
+SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,
+                                                              int side, springls__v3 x, springls__v3 *middle)
+{
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__estimate all;
+    int i;
+    all.weight = all.distance = 0.0f;
+    for (i = 0; i < samples->count; i++) {
+        springls__estimate one;
+        if (springls__side_of(sides, samples->n[i]) != side) continue;
+        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);
+        all.weight += one.weight;
+        all.distance += one.weight * one.distance;
+        sum = springls__mad(sum, samples->p[i], one.weight);
+    }
+    if (all.weight < SPRINGLS__MIN_WEIGHT) return all;
+    *middle = springls__scale(sum, 1.0f / all.weight);
+    all.distance = all.distance / all.weight;
+    return all;
+}
+
+/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
+{
+    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;
+    float height[SPRINGLS__SIDES];
+    springls__estimate all, one;
+    springls__v3 p[SPRINGLS__SIDES];
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;
+    all.weight = all.distance = 0.0f;
+    known.count = 0;
+    for (side = 0; side < sides.count; side++) {
+        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);
+        if (one.weight < SPRINGLS__MIN_WEIGHT) continue;
+        height[known.count] = one.distance;
+        known.normal[known.count++] = sides.normal[side];
+        all.weight += one.weight;
+    }
+    if (known.count == 0) return all;
+    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
+    if (known.count > 2) {
+        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
+        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
+    }
+    all.distance = springls__height_over_sides(height, known.count, convex);
+    return all;
+}
+
+/* ---- the stage: springls at a crease are found, and each is turned into its side ---- */
+
+/* Notes the normal of springl i, and whether it lay at an edge before. */
+SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);
+    springls__was_at_edge(model)[i] = model->set.edge[i];
+}
+
+/* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an
+   edge before. */
+SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
+    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    bool candidate = false;
+    int other;
+    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
+        float along = springls__dot(normal[i], normal[other]);
+        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
+            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
+    }
+    springls__edge_candidate(model)[i] = candidate;
+}
+
+/* Finds the normal of the side that springl i is on, if it lies at an edge. */
+SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */
+    const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
+    springls__springl s = model->set.s[i];
+    springls__sample_set samples;
+    springls__fit_result fit;
+    springls__sides sides;
+    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
+    int k;
+    (void)args;
+    model->set.edge[i] = 0;
+    if (!springls__edge_candidate(model)[i]) return;
+    springls__gather_samples(model, s.p, radius, model->set.count, &samples);
+    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
+    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
+    if (sides.count < 2) return;
+    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,
+                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
+    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
+    model->set.edge[i] = 1;
+    springls__side_normal(model)[i] = fit.normal;
+}
+
+/* Turns springl i, about its particle, into its side. */
+SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s), side = springls__side_normal(model)[i];
+    int m;
+    (void)args;
+    if (!model->set.edge[i] || model->set.mask[i]) return;
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* ======== >>track:kernel  (kernels_embed/stages/track.h) ======================================================= */
+/* track.h - correspondences stay on the original surface (section 4.7). */
+
+/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */
+SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
+{
+    return springls__mad(a, gradient, -step * phi);
+}
+
+/* Projects a onto the original surface (eq. 26). */
+SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
+{
+    const springls__grid *g = &model->reference;
+    int i;
+    for (i = 0; i < model->params.track_iterations; i++)
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),
+                                   model->params.track_step);
+    return a;
+}
+
+/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
+SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
+{
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
+    float d2 = springls__tri_distance2(&plan, s.p);
+    int m;
+    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));
+    return d2;
+}
+
+/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
+{
+    springls__v3 n = springls__springl_normal(s);
+    float radius = model->params.neighbor_radius;
+    int attempt;
+    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
+        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
+        float best = FLT_MAX;
+        int other, count = 0;
+        while ((other = springls__cell_walk_next(&walk)) >= 0) {
+            float d2;
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
+                continue; /* on the other side of a sheet */
+            d2 = springls__springl_distance2(s, model->set.s[other]);
+            if (d2 > radius * radius) continue;
+            sum = springls__add(sum, model->set.a[other]);
+            count++;
+            if (d2 < best) {
+                best = d2;
+                nearest = model->set.a[other];
+            }
+        }
+        if (count == 0) continue;
+        sum = springls__scale(sum, 1.0f / (float)count);
+        return springls__length(springls__sub(sum, nearest)) > model->params.nearest_rule ? nearest : sum;
+    }
+    return s.p;
+}
+
+/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                      springls__v3 a0, int known)
+{
+    const float r = SPRINGLS__FIT_RADIUS;
+    springls__fit fit = springls__fit_begin(x, n, a0);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__fit_result result;
+    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    int other, before;
+    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        springls__v3 a = model->set.a[other];
+        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        before = fit.count;
+        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
+        if (fit.count == before) continue;
+        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
+        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
+    }
+    result = springls__fit_end(fit);
+    if (!result.ok) return result;
+    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
+                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
+    return result;
+}
+
+SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
+}
+
+/* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */
+
+/* A springl to add. */
+typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
+
+/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
+/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */
+#define SPRINGLS__SEED_RANGE 1.85f
+
+SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
+{
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
+}
+
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
+    }
+    return true;
+}
+
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+{
+    const float r = SPRINGLS__PROJECT_RADIUS;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, r);
+    float weight = 0.0f, value = 0.0f;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        weight += estimate.weight;
+        value += estimate.weight * estimate.distance * estimate.distance;
+    }
+    return weight > 0.0f ? value / weight : FLT_MAX;
+}
+
+/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface
+   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
+SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
+{
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    springls__v3 n = springls__springl_normal(*s), x;
+    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__fit_result fit;
+    springls__seed seed;
+    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
+    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
+    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
+    x = springls__mad(s->p, gap.middle, away);
+    if (!springls__has_room(model, x, n)) return seed;
+    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
+    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    seed.p = fit.point;
+    seed.n = fit.normal;
+    seed.toward = springls__sub(s->p, fit.point);
+    seed.a = springls__project_on_original(model, fit.a);
+    seed.ok = 1;
+    return seed;
+}
+
+/* Finds the seed beside springl i, if any. */
+SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__seed seed = springls__seed_beside(model, i);
+    (void)args;
+    springls__seeds(model)[i] = seed;
+    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
+}
+
+/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all
+   earlier seeds near it are decided. */
+SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
+{
+    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
+    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);
+    springls__seed seed = seeds[i];
+    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);
+    uint8_t decided = SPRINGLS__KEEP;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        if (other >= i || action[other] == SPRINGLS__REMOVE
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        decided = SPRINGLS__UNDECIDED;
+    }
+    return decided;
+}
+
+SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint8_t current = springls__seed_action(model)[i];
+    (void)args;
+    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;
+}
+
+/* Flags seed i in seed_number when it is kept. */
+SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
+}
+
+/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */
+SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
+    springls__seed seed = springls__seeds(model)[i];
+    uint32_t at = springls__seed_number(model)[i];
+    int n = model->set.count + (int)at;
+    springls__tri t;
+    if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;
+    t = springls__equilateral(seed.p, seed.n, seed.toward, area);
+    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    model->set.parent[n] = model->set.id[i];
+}
+
+/* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
+/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
+   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
+   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:
+     - two inside corners that are diagonal on a face, or opposite in the cube, are never joined;
+     - two opposite outside corners are joined by a tube through the ring of inside corners between them.
+   Corner c of a cube is at (c & 1, c >> 1 & 1, c >> 2 & 1). Edge 4 a + k runs along axis a in the direction of growing
+   coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:
+   their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a
+   closed manifold wherever the border of the grid is outside. At most six triangles a cube. */
+
+typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
+
+/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
+    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
+    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
+    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 2, 4, 3, 3, 4, 4, 5, 4, 3, 5, 2,
+    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4, 3, 4, 4, 3, 4, 3, 5, 2, 4, 5, 5, 4, 5, 4, 6, 1,
+    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 4, 5, 5, 4,
+    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 2, 3, 4, 5, 3, 2, 3, 4, 4, 3, 4, 5, 5, 4, 4, 5, 3, 2, 5, 6, 4, 1,
+    2, 3, 3, 4, 3, 4, 4, 5, 3, 4, 4, 5, 2, 3, 3, 2, 3, 4, 4, 5, 4, 3, 5, 4, 4, 5, 5, 6, 3, 2, 4, 1,
+    3, 4, 4, 5, 4, 5, 5, 6, 4, 5, 3, 4, 3, 4, 2, 1, 2, 3, 3, 2, 3, 2, 4, 1, 3, 4, 2, 1, 2, 1, 1, 0
+};
+
+SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
+    {0}, {0,4,8}, {0,9,5}, {4,8,5, 8,9,5}, {1,10,4}, {0,1,8, 1,10,8}, {0,9,5, 1,10,4}, {1,8,5, 1,10,8, 8,9,5}, {1,5,11},
+    {0,4,8, 1,5,11}, {0,9,1, 9,11,1}, {1,9,11, 1,4,9, 4,8,9}, {4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10},
+    {0,11,4, 0,9,11, 11,10,4}, {8,9,10, 9,11,10}, {2,8,6}, {0,4,2, 4,6,2}, {0,9,5, 2,8,6}, {2,4,6, 2,9,4, 9,5,4},
+    {1,10,4, 2,8,6}, {0,6,2, 0,10,6, 0,1,10}, {0,9,5, 1,10,4, 2,8,6}, {1,10,5, 10,6,5, 6,2,5, 2,9,5}, {1,5,11, 2,8,6},
+    {0,4,2, 4,6,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,6}, {1,6,11, 1,4,6, 6,2,11, 2,9,11}, {2,8,6, 4,5,10, 5,11,10},
+    {0,5,2, 5,11,2, 11,6,2, 11,10,6}, {0,11,4, 0,9,11, 11,10,4, 2,8,6}, {2,11,6, 2,9,11, 11,10,6}, {2,7,9}, {0,4,8, 2,7,9},
+    {0,2,5, 2,7,5}, {2,5,8, 2,7,5, 5,4,8}, {1,10,4, 2,7,9}, {0,1,8, 1,10,8, 2,7,9}, {0,2,5, 2,7,5, 1,10,4},
+    {1,8,5, 1,10,8, 8,2,5, 2,7,5}, {1,5,11, 2,7,9}, {0,4,8, 1,5,11, 2,7,9}, {0,11,1, 0,7,11, 0,2,7},
+    {1,4,11, 4,8,11, 8,2,11, 2,7,11}, {2,7,9, 4,5,10, 5,11,10}, {0,10,8, 0,5,10, 5,11,10, 2,7,9},
+    {0,2,4, 2,10,4, 2,7,10, 7,11,10}, {2,10,8, 2,7,10, 7,11,10}, {6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9}, {0,7,5, 0,8,7, 8,6,7},
+    {4,6,5, 6,7,5}, {1,10,4, 6,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,10,7, 10,6,7}, {0,7,5, 0,8,7, 8,6,7, 1,10,4},
+    {1,7,5, 1,10,7, 10,6,7}, {1,5,11, 6,7,8, 7,9,8}, {0,6,9, 0,4,6, 6,7,9, 1,5,11}, {0,8,1, 8,6,1, 6,11,1, 6,7,11},
+    {1,6,11, 1,4,6, 6,7,11}, {4,5,10, 5,11,10, 6,7,8, 7,9,8}, {0,6,9, 0,10,6, 0,5,10, 5,11,10, 6,7,9},
+    {0,11,4, 0,7,11, 0,8,7, 8,6,7, 11,10,4}, {6,7,10, 7,11,10}, {3,6,10}, {0,4,8, 3,6,10}, {0,9,5, 3,6,10},
+    {3,6,10, 4,8,5, 8,9,5}, {1,3,4, 3,6,4}, {0,1,8, 1,6,8, 1,3,6}, {0,9,5, 1,3,4, 3,6,4}, {1,3,5, 3,9,5, 3,6,9, 6,8,9},
+    {1,5,11, 3,6,10}, {0,4,8, 1,5,11, 3,6,10}, {0,9,1, 9,11,1, 3,6,10}, {1,9,11, 1,4,9, 4,8,9, 3,6,10},
+    {3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8}, {0,11,4, 0,9,11, 11,3,4, 3,6,4}, {3,9,11, 3,6,9, 6,8,9},
+    {2,8,3, 8,10,3}, {0,4,2, 4,10,2, 10,3,2}, {0,9,5, 2,8,3, 8,10,3}, {2,9,3, 9,5,3, 5,10,3, 5,4,10}, {1,3,4, 3,8,4, 3,2,8},
+    {0,1,2, 1,3,2}, {0,9,5, 1,3,4, 3,8,4, 3,2,8}, {1,3,5, 3,9,5, 3,2,9}, {1,5,11, 2,8,3, 8,10,3},
+    {0,4,2, 4,10,2, 10,3,2, 1,5,11}, {0,9,1, 9,11,1, 2,8,3, 8,10,3}, {1,9,11, 1,4,9, 4,2,9, 4,10,2, 10,3,2},
+    {2,8,3, 8,4,3, 4,11,3, 4,5,11}, {0,5,2, 5,11,2, 11,3,2}, {0,11,4, 0,9,11, 11,3,4, 3,8,4, 3,2,8}, {2,9,3, 9,11,3},
+    {2,7,9, 3,6,10}, {0,4,8, 2,7,9, 3,6,10}, {0,2,5, 2,7,5, 3,6,10}, {2,5,8, 2,7,5, 5,4,8, 3,6,10}, {1,3,4, 3,6,4, 2,7,9},
+    {0,1,8, 1,6,8, 1,3,6, 2,7,9}, {0,2,5, 2,7,5, 1,3,4, 3,6,4}, {1,8,5, 1,6,8, 1,3,6, 8,2,5, 2,7,5}, {1,5,11, 2,7,9, 3,6,10},
+    {0,4,8, 1,5,11, 2,7,9, 3,6,10}, {0,11,1, 0,7,11, 0,2,7, 3,6,10}, {1,4,11, 4,8,11, 8,2,11, 2,7,11, 3,6,10},
+    {2,7,9, 3,4,11, 3,6,4, 4,5,11}, {0,5,8, 5,11,8, 11,3,8, 3,6,8, 2,7,9}, {0,11,4, 0,7,11, 0,2,7, 11,3,4, 3,6,4},
+    {2,7,8, 7,11,8, 11,3,8, 3,6,8}, {3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9}, {0,10,5, 0,8,10, 10,3,5, 3,7,5},
+    {3,5,10, 3,7,5, 5,4,10}, {1,3,4, 3,8,4, 3,7,8, 7,9,8}, {0,1,9, 1,7,9, 1,3,7}, {0,7,5, 0,8,7, 8,3,7, 8,4,3, 4,1,3},
+    {1,3,5, 3,7,5}, {1,5,11, 3,8,10, 3,7,8, 7,9,8}, {0,4,9, 4,10,9, 10,3,9, 3,7,9, 1,5,11},
+    {0,11,1, 0,7,11, 0,8,7, 8,3,7, 8,10,3}, {1,4,11, 4,7,11, 4,10,7, 10,3,7}, {3,4,11, 3,8,4, 3,7,8, 7,9,8, 4,5,11},
+    {0,3,9, 0,5,3, 5,11,3, 3,7,9}, {0,8,7, 8,4,3, 4,0,11, 3,7,8, 7,11,0, 11,3,4}, {3,7,11}, {3,11,7}, {0,4,8, 3,11,7},
+    {0,9,5, 3,11,7}, {3,11,7, 4,8,5, 8,9,5}, {1,10,4, 3,11,7}, {0,1,8, 1,10,8, 3,11,7}, {0,9,5, 1,10,4, 3,11,7},
+    {1,8,5, 1,10,8, 8,9,5, 3,11,7}, {1,5,3, 5,7,3}, {0,4,8, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1},
+    {1,4,3, 4,8,3, 8,7,3, 8,9,7}, {3,5,7, 3,10,5, 10,4,5}, {0,7,8, 0,5,7, 7,3,8, 3,10,8}, {0,9,4, 9,7,4, 7,3,4, 3,10,4},
+    {3,8,7, 3,10,8, 8,9,7}, {2,8,6, 3,11,7}, {0,4,2, 4,6,2, 3,11,7}, {0,9,5, 2,8,6, 3,11,7}, {2,4,6, 2,9,4, 9,5,4, 3,11,7},
+    {1,10,4, 2,8,6, 3,11,7}, {0,6,2, 0,10,6, 0,1,10, 3,11,7}, {0,9,5, 1,10,4, 2,8,6, 3,11,7},
+    {1,10,5, 10,6,5, 6,2,5, 2,9,5, 3,11,7}, {1,5,3, 5,7,3, 2,8,6}, {0,4,2, 4,6,2, 1,5,3, 5,7,3}, {0,9,1, 9,7,1, 7,3,1, 2,8,6},
+    {1,7,3, 1,9,7, 1,4,9, 4,2,9, 4,6,2}, {2,8,6, 3,5,7, 3,10,5, 10,4,5}, {0,6,2, 0,10,6, 0,5,10, 5,3,10, 5,7,3},
+    {0,9,4, 9,7,4, 7,3,4, 3,10,4, 2,8,6}, {2,9,6, 9,10,6, 9,7,10, 7,3,10}, {2,3,9, 3,11,9}, {0,4,8, 2,3,9, 3,11,9},
+    {0,2,5, 2,11,5, 2,3,11}, {2,3,8, 3,4,8, 3,11,4, 11,5,4}, {1,10,4, 2,3,9, 3,11,9}, {0,1,8, 1,10,8, 2,3,9, 3,11,9},
+    {0,2,5, 2,11,5, 2,3,11, 1,10,4}, {1,8,5, 1,10,8, 8,2,5, 2,11,5, 2,3,11}, {1,5,3, 5,9,3, 9,2,3},
+    {0,4,8, 1,5,3, 5,9,3, 9,2,3}, {0,2,1, 2,3,1}, {1,4,3, 4,8,3, 8,2,3}, {2,3,9, 3,5,9, 3,10,5, 10,4,5},
+    {0,10,8, 0,5,10, 5,3,10, 5,9,3, 9,2,3}, {0,2,4, 2,10,4, 2,3,10}, {2,3,8, 3,10,8}, {3,9,6, 3,11,9, 9,8,6},
+    {0,6,9, 0,4,6, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5}, {3,4,6, 3,11,4, 11,5,4}, {1,10,4, 3,9,6, 3,11,9, 9,8,6},
+    {0,6,9, 0,10,6, 0,1,10, 6,3,9, 3,11,9}, {0,8,5, 8,6,5, 6,3,5, 3,11,5, 1,10,4}, {1,10,5, 10,6,5, 6,3,5, 3,11,5},
+    {1,5,3, 5,9,3, 9,6,3, 9,8,6}, {0,6,9, 0,4,6, 6,3,9, 3,5,9, 3,1,5}, {0,8,1, 8,6,1, 6,3,1}, {1,4,3, 4,6,3},
+    {3,9,6, 3,5,9, 3,10,5, 10,4,5, 9,8,6}, {0,5,10, 5,9,3, 9,0,6, 3,10,5, 10,6,0, 6,3,9}, {0,3,4, 0,8,3, 8,6,3, 3,10,4},
+    {3,10,6}, {6,10,7, 10,11,7}, {0,4,8, 6,10,7, 10,11,7}, {0,9,5, 6,10,7, 10,11,7}, {4,8,5, 8,9,5, 6,10,7, 10,11,7},
+    {1,6,4, 1,11,6, 11,7,6}, {0,1,8, 1,6,8, 1,11,6, 11,7,6}, {0,9,5, 1,6,4, 1,11,6, 11,7,6},
+    {1,8,5, 1,6,8, 1,11,6, 11,7,6, 8,9,5}, {1,7,10, 1,5,7, 7,6,10}, {0,4,8, 1,7,10, 1,5,7, 7,6,10},
+    {0,9,1, 9,7,1, 7,10,1, 7,6,10}, {1,7,10, 1,9,7, 1,4,9, 4,8,9, 7,6,10}, {4,5,6, 5,7,6}, {0,7,8, 0,5,7, 7,6,8},
+    {0,6,4, 0,9,6, 9,7,6}, {6,8,7, 8,9,7}, {2,10,7, 2,8,10, 10,11,7}, {0,4,2, 4,10,2, 10,7,2, 10,11,7},
+    {0,9,5, 2,10,7, 2,8,10, 10,11,7}, {2,10,7, 2,4,10, 2,9,4, 9,5,4, 10,11,7}, {1,11,4, 11,7,4, 7,2,4, 2,8,4},
+    {0,7,2, 0,11,7, 0,1,11}, {0,9,5, 1,11,4, 11,7,4, 7,2,4, 2,8,4}, {1,2,5, 1,11,2, 11,7,2, 2,9,5},
+    {1,7,10, 1,5,7, 7,2,10, 2,8,10}, {0,4,2, 4,10,2, 10,7,2, 10,1,7, 1,5,7}, {0,9,1, 9,7,1, 7,10,1, 7,2,10, 2,8,10},
+    {1,4,9, 4,10,2, 10,1,7, 2,9,4, 9,7,1, 7,2,10}, {2,5,7, 2,8,5, 8,4,5}, {0,5,2, 5,7,2}, {0,9,4, 9,7,4, 7,2,4, 2,8,4},
+    {2,9,7}, {2,11,9, 2,6,11, 6,10,11}, {0,4,8, 2,11,9, 2,6,11, 6,10,11}, {0,2,5, 2,11,5, 2,6,11, 6,10,11},
+    {2,5,8, 2,11,5, 2,6,11, 6,10,11, 5,4,8}, {1,9,4, 1,11,9, 9,2,4, 2,6,4}, {0,1,8, 1,6,8, 1,11,6, 11,2,6, 11,9,2},
+    {0,2,5, 2,11,5, 2,6,11, 6,1,11, 6,4,1}, {1,11,6, 11,5,2, 5,1,8, 2,6,11, 6,8,1, 8,2,5}, {1,5,10, 5,9,10, 9,2,10, 2,6,10},
+    {0,4,8, 1,5,10, 5,9,10, 9,2,10, 2,6,10}, {0,10,1, 0,6,10, 0,2,6}, {1,2,10, 1,4,2, 4,8,2, 2,6,10}, {2,4,9, 2,6,4, 4,5,9},
+    {0,5,8, 5,6,8, 5,9,6, 9,2,6}, {0,2,4, 2,6,4}, {2,6,8}, {8,10,9, 10,11,9}, {0,11,9, 0,4,11, 4,10,11},
+    {0,10,5, 0,8,10, 10,11,5}, {4,10,5, 10,11,5}, {1,9,4, 1,11,9, 9,8,4}, {0,1,9, 1,11,9}, {0,8,5, 8,11,5, 8,4,11, 4,1,11},
+    {1,11,5}, {1,8,10, 1,5,8, 5,9,8}, {0,4,9, 4,10,9, 10,1,9, 1,5,9}, {0,8,1, 8,10,1}, {1,4,10}, {4,5,8, 5,9,8}, {0,5,9},
+    {0,8,4}, {0}
+};
+
+SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
+
+/* Returns the case of a cube: bit c is set when corner c is inside. */
+SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
+{
+    int mask = 0, c;
+    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;
+    return mask;
+}
+
+SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
+
+/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */
+SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
+{
+    return (int)springls__mc_triangles[mask][3 * triangle + vertex];
+}
+
+SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
+
+/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */
+SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
+{
+    int k = edge & 3;
+    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
+}
+
+/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
+   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
+   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
+SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
+{
+    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
+}
+
+SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edge)
+{
+    int a = springls__mc_edge_corner(edge);
+    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
+}
+
+/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
+   first: every cube around the edge finds the same bits. */
+SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
+{
+    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
+    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),
+                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
+}
+
+/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
+   closing surface half a voxel outside is met too. */
+typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
+
+SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
+{
+    springls__cube_range range;
+    int axis;
+    springls__slot_origin(g, slot, range.origin);
+    for (axis = 0; axis < 3; axis++) {
+        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
+        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
+    }
+    return range;
+}
+
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
+}
+
+/* The same cube from the grid itself: slower, without a tile. */
+SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
+    return cell;
+}
+
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
+                                                   int edge)
+{
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,
+                              springls__mc_edge_crossing(cell, edge));
+}
+
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,
+                                                      int y, int z, int triangle)
+{
+    springls__tri t;
+    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
+    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
+    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
+    return t;
+}
+
+/* ======== >>fill_gaps:kernel  (kernels_embed/stages/fill_gaps.h) =============================================== */
+/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+
+/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
+                                          springls__exposure_arguments distance)
+{
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    float nearest2 = FLT_MAX;
+    bool sheet = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float within = r + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
+        if (nearest2 <= covered * covered) return false;
+        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+    }
+    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
+}
+
+#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */
+
+/* Returns the exposed triangles of a cube: bit k for the k-th one. */
+SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,
+                                                     springls__mc_cell cell, int x, int y, int z,
+                                                     springls__exposure_arguments distance)
+{
+    int mask = springls__mc_case(cell), k;
+    uint32_t bits = 0u;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;
+    }
+    return bits;
+}
+
+/* Finds the exposed triangles of active brick i, and how many they are. */
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
+{
+    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    uint32_t count = 0u;
+    int x, y, z, row;
+    if (model->group.item == 0) *total = 0u;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < 81; row += model->group.items) {
+        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        y = row % 9 - 1;
+        z = row / 9 - 1;
+        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
+        for (x = range.lo[0]; x <= range.hi[0]; x++) {
+            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);
+            exposed[9 * row + x + 1] = (uint8_t)bits;
+            for (; bits; bits &= bits - 1u) count++;
+        }
+    }
+    if (count > 0u) SPRINGLS__ADD(total, count);
+}
+
+/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
+SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)springls__exposed_count(model)[i], cube, k;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
+        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
+        springls__mc_cell cell;
+        if (!exposed[cube]) continue;
+        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
+        for (k = 0; k < 8; k++) {
+            springls__tri t;
+            springls__v3 p;
+            if (!(exposed[cube] >> k & 1)) continue;
+            if (at >= args.insert.count) return;
+            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
+            p = springls__tri_centroid(t);
+            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
+        }
+    }
+}
+
+/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
+SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
+{
+    int first = args.fit.first, n = first + i, m;
+    springls__springl s = model->set.s[n];
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
+        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
+            s.p = fit.point;
+            a = fit.a;
+        }
+    }
+    model->set.s[n] = s;
+    model->set.a[n] = springls__project_on_original(model, a);
+    model->set.synced_position[n] = s.p;
+}
+
+/* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
+/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
+
+/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by
+   side. */
+SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
+    int in_cells = model->set.count - model->cells.large_count;
+    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
+    springls__springl s = model->set.s[n];
+    (void)args;
+    o->p = s.p;
+    o->n = springls__springl_normal(s);
+    o->moved = springls__sub(s.p, model->set.synced_position[n]);
+    o->edge = springls__at_edge(model, (int)n);
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
+{
+    return springls__oriented_springls(model);
+}
+
+/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
+
+typedef struct springls__near_ranges {
+    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+} springls__near_ranges;
+
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+{
+    if (first == end) return;
+    near_by->first[near_by->count] = first;
+    near_by->end[near_by->count++] = end;
+}
+
+SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    springls__near_ranges near_by;
+    int x, y, z;
+    near_by.count = 0;
+    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
+        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
+            for (x = -8; x <= 8; x += 8) {
+                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
+                SPRINGLS__GLOBAL const uint32_t *cell;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
+                    continue;
+                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
+                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+            }
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    return near_by;
+}
+
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,
+   and its normal (0: none is near). */
+#define SPRINGLS__SUM_OFFSET 0
+#define SPRINGLS__SUM_NORMAL 3
+#define SPRINGLS__SUM_MOVED 6
+#define SPRINGLS__SUM_WEIGHT 9
+#define SPRINGLS__SUM_HEIGHT 10
+#define SPRINGLS__SUMS 11
+#define SPRINGLS__NEAREST2 11
+#define SPRINGLS__FACING 12
+#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
+
+SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
+
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
+{
+    springls__moments m;
+    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
+    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
+    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
+    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
+    return m;
+}
+
+/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the
+   first. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i, k;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
+        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vec_any(nearer)) continue;
+        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
+        for (k = 0; k < 3; k++) {
+            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
+        }
+    }
+}
+
+SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
+{
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of
+   another sheet. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
+        if (!springls__vec_any(w > 0.0f)) continue;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
+
+/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
+SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
+
+/* Return the first and the last voxel of the brick that it comes near. */
+SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+
+/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
+                                            bool nearest, SPRINGLS__LOCAL float *sums)
+{
+    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
+    int y0, y1, z0, z1, y, z;
+    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
+    y0 = springls__first_near(p.y);
+    y1 = springls__last_near(p.y);
+    z0 = springls__first_near(p.z);
+    z1 = springls__last_near(p.z);
+    offset.x = -p.x;
+    for (z = z0; z <= z1; z++) {
+        offset.z = (float)z - p.z;
+        for (y = y0; y <= y1; y++) {
+            offset.y = (float)y - p.y;
+            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (!springls__is_mine(group, y + 8 * z)) continue;
+            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
+            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+        }
+    }
+}
+
+/* Finds the nearest springl of every voxel, then sums over those that face the same way. */
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
+                                               const int origin[3], SPRINGLS__LOCAL float *sums)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k, v;
+    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
+        for (v = 8 * r; v < 8 * r + 8; v++) {
+            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
+            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
+        }
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, false, sums);
+}
+
+SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    if (!model->params.keep_edges || model->set.at_edges == 0) return false;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge) return true;
+    return false;
+}
+
+/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                               springls__v3 x, float *phi)
+{
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__sample_set samples;
+    springls__estimate estimate;
+    int r, k, edges = 0;
+    samples.count = 0;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
+            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (weight <= 0.0f) continue;
+            edges += s->edge;
+            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
+        }
+    if (edges == 0) return false;
+    estimate = springls__edge_distance(&samples, x);
+    if (estimate.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, estimate.distance);
+    return true;
+}
+
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
+                                             springls__v3 normal)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
+            springls__v3 d = springls__sub(x, s->p);
+            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+                return true;
+        }
+    return false;
+}
+
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
+   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
+   break. */
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const springls__wide_tile *tile, const int origin[3], int v,
+                                              springls__moments sum, bool carry, bool at_edge, float phi)
+{
+    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
+    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__projection f;
+    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
+    if (!model->params.project_level_set) return phi;
+    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    f = springls__moments_distance(sum);
+    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+        && springls__in_sheet(model, x, springls__normalize(sum.normal)))
+        return f.distance;
+    return springls__corrected_phi(phi, f);
+}
+
+/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
+   springls carry phi along. */
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
+                                               SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__LOCAL float *sums = memory;
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
+    bool carry = args.project.carry != 0, some, at_edge;
+    springls__wide_tile tile;
+    springls__near_ranges near_by;
+    int row, v, o[3];
+    tile.value = memory + SPRINGLS__SUMS_FLOATS;
+    springls__slot_origin(g, g->active[i], o);
+    if (model->group.item == 0) *side_unknown = 0;
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
+    near_by = springls__near_brick(model, o);
+    some = near_by.count > 0;
+    at_edge = some && springls__near_edge(model, &near_by);
+    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            out[v] = phi[v];
+            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
+                                                 phi[v]);
+            } else if (carry && springls__fabs(phi[v]) < args.project.max_displacement) {
+                out[v] = springls__side_unknown(phi[v], g->far_value);
+                *side_unknown = 1;
+            }
+        }
+}
+
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
+                                                SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask unknown = springls__is_side_unknown(c, far_value);
+        if (springls__vec_any(unknown)) {
+            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);
+            if (last) c = springls__restored_side(c, far_value);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool some_unknown = springls__has_unknown_side(model)[i] != 0;
+    int row, v;
+    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        if (some_unknown)
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,
+                                       args.resolve.last != 0, out + 8 * row);
+        else
+            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
+    }
+}
+
+/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb
+   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a
+   tile. */
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vec_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
+}
+
+/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    int row, x, o[3];
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
+        for (x = 0; x < 8; x++) {
+            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
+            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
+            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
+        }
+    }
+}
+
+/* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
+/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
+
+/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin
+   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
+{
+    springls__vec flat = springls__vec_fabs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
+    return slope * slope;
+}
+
+/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from
+   10 % on in full: so repeated rebuilding does not move what is a distance already. */
+SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
+{
+    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
+   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
+#define SPRINGLS__NEAR 0.577f
+
+/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
+SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)
+{
+    springls__vec c = springls__vec_load(phi), lo = c, hi = c;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(phi + springls__tile_step(i));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return springls__crosses(c, lo, hi);
+}
+
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their
+   neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
+{
+    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
+    return springls__vec_select(c < 0.0f, -d, d);
+}
+
+/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a
+   tile. */
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec d = springls__distance_guess(v.c, far_value), own;
+        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;
+        if (springls__vec_any(takes_own | edge)) {
+            own = springls__interface_distance(v);
+            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);
+            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));
+            d = springls__vec_select(takes_own, own, d);
+        }
+        springls__vec_store(out + i, d);
+    }
+}
+
+/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
+   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+        springls__vec d = springls__vec_broadcast(far_value);
+        springls__vmask kept = springls__at_interface(v);
+        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
+        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
+        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+            d = springls__vec_min(springls__eikonal(x, y, z), d);
+        d = springls__vec_select(v.c < 0.0f, -d, d);
+        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
+    }
+}
+
+/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row;
+    (void)args;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
+}
+
+/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
+                                                  SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row;
+    (void)args;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
+}
+
+/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
+SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
+{
+    uint32_t mask = 0;
+    int x, y, z;
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            uint32_t row = 0;
+            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
+            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+        }
+    return mask;
+}
+
+/* Finds the bricks around active brick i that the band reaches. */
+SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__band_mask(model)[i] = springls__band_neighbor_mask(
+        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+}
+
+/* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
+
+typedef struct springls__relax_rule {
+    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
+    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
+    float sharpness;                 /* lambda_c                                 */
+    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
+    int threshold, weight, physical; /* H, W, and which torque                   */
+} springls__relax_rule;
+
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
+{
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->relax_step_length;
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = (int)params->threshold;
+    rule.weight = (int)params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
+}
+
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/stages/relax_body.h -------- */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v after the turn (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (model->set.mask[i]) springls__relaxed_springls(model)[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
+}
+
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
+{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int i;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        springls__vec_relax_springl(model, rule, begin);
+        for (i = begin; i < begin + SPRINGLS__LANES; i++)
+            if (model->set.mask[i]) springls__relax_element(model, args, i);
+    }
+    for (; begin < end; begin++) springls__relax_element(model, args, begin);
+}
+
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
+    (void)args;
+    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
+/* resample.h - splitting at the longest edge (section 4.6). */
+
+/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */
+SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+{
+    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
+    float ca = springls__length2(springls__sub(t.a, t.c));
+    if (ab >= bc && ab >= ca) return 0;
+    return bc >= ca ? 1 : 2;
+}
+
+SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+{
+    return springls__max(springls__length2(springls__sub(t.b, t.a)),
+                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
+}
+
+/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its
+   orientation. */
+SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
+{
+    int edge = springls__longest_edge(t);
+    springls__tri turned = t, child;
+    springls__v3 middle;
+    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
+    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
+    middle = springls__lerp(turned.a, turned.b, 0.5f);
+    child.a = second ? middle : turned.a;
+    child.b = second ? turned.b : middle;
+    child.c = turned.c;
+    return child;
+}
+
+/* Half of a springl that is split. */
+typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
+
+/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted
+   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child;
+    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
+    springls__fit_result fit;
+    int m;
+    child.s = springls__springl_make(t, springls__tri_centroid(t));
+    child.a = model->set.a[i];
+    child.pad = 0.0f;
+    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
+    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+    if (!fit.ok) return child;
+    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+    child.s.p = fit.point;
+    child.s = springls__springl_finished(child.s);
+    child.a = springls__project_on_original(model, fit.a);
+    return child;
+}
+
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+{
+    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
+        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+}
+
+/* Flags springl i in split_number when it is to be split. */
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+}
+
+/* Returns true when springl i is to be split and among the first args.insert.count of those. */
+SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)
+{
+    return springls__split_number(model)[i] < (uint32_t)args.insert.count
+        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));
+}
+
+/* Splits springl i into halves, stored by its number. */
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t n = springls__split_number(model)[i];
+    if (!springls__is_split(model, i, args)) return;
+    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
+    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
+}
+
+/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t number = springls__split_number(model)[i];
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    springls__half first, second;
+    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;
+    int n = model->set.count + (int)number;
+    if (!springls__is_split(model, i, args)) return;
+    first = springls__split_halves(model)[2u * number];
+    second = springls__split_halves(model)[2u * number + 1u];
+    model->set.generation[i]++;
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.synced_position[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
+    model->set.birth[n] = model->set.birth[i];
+    model->set.s[i] = first.s;
+    model->set.a[i] = first.a;
+    model->set.synced_position[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not
+   used: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
+   neighbors count. */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int component = faces & (~faces + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);
+        component &= near18;
+    }
+    return faces != 0u && (faces & ~component) == 0u;
+}
+
+/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int component = outside & (~outside + 1u), before = 0u;
+    while (component != before) {
+        before = component;
+        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;
+    }
+    return outside != 0u && component == outside;
+}
+
+/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,
+   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int color = args.commit_simple.color, x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = color >> 2; z < 8; z += 2)
+        for (y = color >> 1 & 1; y < 8; y += 2)
+            for (x = color & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* Reverts the changes of side in phi_next that were not taken over. */
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)args;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+}
+
+/* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this
+   center and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
+{
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
+
+/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture_range;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool unknown = springls__omega_unknown(g, g->active[i]);
+    int origin[3], v, y, z;
+    uint32_t k;
+    (void)args;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all have read whether it is */
+    if (!unknown) return;
+    springls__slot_origin(g, g->active[i], origin);
+    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
+        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
+        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
+        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
+        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
+        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++)
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+    }
+}
+
+/* Sets omega at voxel i of the two constant bricks. */
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
+{
+    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;
+    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;
+}
+
+/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
+{
+    int slot = model->grid.active[i];
+    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+}
+
+/* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
+/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
+   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+
+/* Blocks closer than this to a springl stop the background. */
+#define SPRINGLS__SHELL 1.5f
+
+/* Of a brick. */
+#define SPRINGLS__OPEN 0
+#define SPRINGLS__BLOCKED 1
+#define SPRINGLS__BACKGROUND 2
+
+/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
+{
+    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    float least = FLT_MAX;
+    int row, v;
+    (void)args;
+    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
+    SPRINGLS__BARRIER;
+    nearest[group.item] = least;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
+    if (group.item == 0)
+        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+}
+
+/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+{
+    int hi[3], x, y, z, axis;
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++)
+                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+    return true;
+}
+
+/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */
+SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+{
+    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+}
+
+/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so
+   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
+   state in any order. */
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
+    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    int at[3], k;
+    bool at_border, before = true, grew = false;
+    at[b] = i % across * step;
+    at[c] = i / across * step;
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    for (k = 0; k < 2 * along; k++) {
+        bool background;
+        if (k == along) before = true;
+        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
+        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        before = background;
+    }
+    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
+}
+
+/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
+                                                  SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;
+    int slot = g->top[i], row, v;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    (void)args;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all know the slot */
+    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
+}
+
+SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+{
+    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+}
+
+/* Is the background beside a block of b^3 voxels? */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
+/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
+   it has grown. A block is uniform, so one of its voxels stands for it. */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
+                                            SPRINGLS__LOCAL float *grown)
+{
+    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    const int b = args.grow.block, across = 8 / b;
+    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + first;
+    SPRINGLS__GLOBAL const float *phi = g->phi + first;
+    float grew = 0.0f;
+    int o[3], block, v;
+    springls__slot_origin(g, g->active[index], o);
+    for (block = group.item; block < across * across * across; block += group.items) {
+        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
+        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
+        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
+            float nearest = FLT_MAX;
+            for (k = z; k < z + b; k++)
+                for (j = y; j < y + b; j++)
+                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+            background = nearest > SPRINGLS__SHELL;
+            if (background) grew = 1.0f;
+        }
+        for (k = z; k < z + b; k++)
+            for (j = y; j < y + b; j++)
+                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
+    }
+    SPRINGLS__BARRIER;
+    grown[group.item] = grew;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
+    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
+}
+
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
+SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
+{
+    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
+    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
+    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
+}
+
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_from(i);
+        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
+        counts = (nearest < capture) & (d2 < within * within);
+        if (!springls__vec_any(counts)) continue;
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
+    }
+}
+
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *side)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture_range;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int y, z, row, v, o[3];
+    uint32_t k;
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++) {
+                v = 8 * y + 64 * z;
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
+            }
+    }
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+}
+
+/* ---- regions: connected foreground that no springl is near ----
+   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
+   voxels around it. Members are voxels and open constant bricks. */
+
+SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
+{
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
+}
+
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
+{
+    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
+    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
+}
+
+/* The side becomes the sign of the distance. */
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
+                                                 SPRINGLS__LOCAL float *memory)
+{
+    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
+    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
+    int row, v;
+    (void)args;
+    (void)memory;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+}
+
+/* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
+/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
+   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
+   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns
+   it. */
+
+#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
+
+/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
+typedef uint32_t springls__cube;
+
+SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }
+SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
+SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
+
+/* Returns the place of cube (x, y, z), each from -1 on, among those of a brick. */
+SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
+{
+    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;
+}
+
+/* Returns the triangles of active brick i before each of its rows of cubes. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
+{
+    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
+}
+
+/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
+typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
+
+/* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the
+   first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */
+SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
+{
+    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
+    springls__vertex_owner owner;
+    int at[3], at_b, at_c, k;
+    at[0] = x;
+    at[1] = y;
+    at[2] = z;
+    at_b = at[b] + (edge & 1);
+    at_c = at[c] + (edge >> 1 & 1);
+    owner.cube[axis] = at[axis];
+    owner.brick = -1;
+    for (k = 3; k >= 0; k--) {
+        int brick;
+        at[b] = at_b - (k & 1);
+        at[c] = at_c - (k >> 1);
+        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
+        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
+        owner.brick = brick;
+        owner.edge = 4 * axis + k;
+        owner.cube[b] = at[b];
+        owner.cube[c] = at[c];
+        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */
+    }
+    return owner;
+}
+
+/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in
+   other bricks, some of the rest. mask: its case. */
+SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
+{
+    uint32_t own = 0u;
+    int edge;
+    bool first[3];
+    first[0] = (x & 7) == 0;
+    first[1] = (y & 7) == 0;
+    first[2] = (z & 7) == 0;
+    for (edge = 0; edge < 12; edge++) {
+        int axis = springls__mc_edge_axis(edge), a = springls__mc_edge_corner(edge);
+        springls__vertex_owner owner;
+        if (!((edge & 1) || first[axis == 0 ? 1 : 0]) || !((edge & 2) || first[axis == 2 ? 1 : 2])) continue;
+        if (((mask >> a ^ mask >> (a | 1 << axis)) & 1) == 0) continue;
+        if ((edge & 3) != 3) {
+            owner = springls__owner_of(g, x, y, z, edge);
+            if (owner.cube[0] != x || owner.cube[1] != y || owner.cube[2] != z) continue;
+        }
+        own |= 1u << edge;
+    }
+    return own;
+}
+
+/* Returns which voxels of a row of a tile are inside, as bits. */
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
+{
+    uint32_t signs = 0u;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
+    return signs;
+}
+
+/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
+SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
+{
+    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
+    int k;
+    for (k = 0; k < 4; k++) {
+        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+        all &= row[k];
+        some |= row[k];
+    }
+    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
+}
+
+/* Returns the case of the cube at x between them. */
+SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
+{
+    uint32_t mask = 0u;
+    int k;
+    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;
+    return (int)mask;
+}
+
+/* Floats that work items share: a tile, its signs (whole numbers), and counts of the rows of cubes: triangles, vertices. */
+#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
+
+/* Counts row n of the cubes of active brick i, and fills them in; vertices are counted from the row's begin. */
+SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
+                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
+{
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;
+    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;
+    uint32_t row[4], triangles = 0u, vertices = 0u, own;
+    int x;
+    for (x = 0; x < 9; x++) cubes[x] = 0u;
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]
+        && springls__signs_around(signs, y, z, row))
+        for (x = range->lo[0]; x <= range->hi[0]; x++) {
+            int mask = springls__case_between(row, x);
+            if (springls__mc_count(mask) == 0) continue;
+            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);
+            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;
+            triangles += (uint32_t)springls__mc_count(mask);
+            for (; own; own &= own - 1u) vertices++;
+        }
+    rows[n] = (float)triangles;
+    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
+}
+
+/* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
+{
+    const springls__group group = model->group;
+    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
+    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    int n, x, k;
+    (void)args;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
+    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
+        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
+    SPRINGLS__BARRIER;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);
+    SPRINGLS__BARRIER;
+    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */
+        float sum = 0.0f;
+        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {
+            float one = rows[n];
+            rows[n] = sum;
+            sum += one;
+        }
+        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
+    }
+    SPRINGLS__BARRIER;
+    if (group.item == 0) springls__surface_rank(model)[model->grid.active[i]] = i;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
+        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
+        for (x = 0; x < 9 && vertices > 0u; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += vertices << 20;
+    }
+}
+
+/* Returns the number of a vertex that another cube owns, which numbers its vertices in the order of its triangles. */
+SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
+{
+    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
+    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;
+    uint32_t seen = 0u;
+    springls__cube cube;
+    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
+    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
+    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);
+    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
+        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
+        seen |= 1u << other;
+    }
+    return number;
+}
+
+/* Writes the vertices that a cube owns, and its triangles from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,
+                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)
+{
+    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
+    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
+    const int mask = springls__cube_case(cube), *o = range->origin;
+    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
+    uint32_t seen = 0u;
+    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+        int edge = springls__mc_edge(mask, 0, k);
+        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
+            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);
+            vertex[edge] = place++;
+        } else if (!(seen >> edge & 1u)) {
+            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
+        }
+        seen |= 1u << edge;
+        corners[k] = vertex[edge];
+    }
+}
+
+/* Writes vertices and triangles of active brick i. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,
+                                               SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
+    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
+    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)args.surface.triangles;
+    int n, x;
+    if (end == before[0]) return;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {
+        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];
+        const int y = n % 9 - 1, z = n / 9 - 1;
+        for (x = -1; x < 8; x++) {
+            springls__cube cube = cubes[springls__cube_index(x, y, z)];
+            if (cube == 0u) continue;
+            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);
+            first += (uint32_t)springls__mc_count(springls__cube_case(cube));
+        }
+    }
+}
+
+/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
+{
+    springls__v3 a = model->set.a[springl];
+    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    return fit.ok ? fit.a : a;
+}
+
+/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
+SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__v3 x = springls__surface_positions(model)[i];
+    int nearest = springls__nearest_springl(model, x, 1.0f);
+    (void)args;
+    springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    springls__vertex_springl(model)[i] = nearest;
+}
+
+/* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
+/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of
+   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL
+   (entry_points.cl) and a row of the test that compares the two. */
+
+/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
+#define SPRINGLS__KERNELS(X)                                                                                                     \
+    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
+    X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
+    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
+    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
+    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
+    X(track, 256, SPRINGLS__BIT(A))                                                                                              \
+    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
+    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
+    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \
+    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \
+    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
+    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
+    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
+    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
+    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
+    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
+    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
+    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
+    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
+    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
+    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
+                                   | SPRINGLS__ROLE_BIT(vertex_springl))
+
+/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
+#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
+    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \
+    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
+    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
+    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \
+    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
+    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
+    X(surface_count, 8,                                                                                                          \
+      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \
+          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \
+      SPRINGLS__SURFACE_FLOATS)                                                                                                  \
+    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
+
+/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
+#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+
+/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
+   elements that a core of a processor takes at once. */
+#define SPRINGLS__COLLECTIVES(X)                                                                                                 \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
+    X(counts_clear, 16)                                                                                                          \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
+    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
+    X(brick_lists_sort, 8)                                                                                                       \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
+    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
+
+/* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
+/* kernel_table.h - makes of each line of the table in kernels_embed/device/kernels.h a number, a record and a loop. */
+
+typedef enum springls__kernel {
+#define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
+#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
+#undef SPRINGLS__BRICK_NUMBER
+#undef SPRINGLS__KERNEL_NUMBER
+    SPRINGLS__KERNEL_COUNT
+} springls__kernel;
+
+typedef struct springls__kernel_info {
+    const char *name;
+    void (*range)(const springls__model *model, springls__arguments args, int begin, int end);
+    int grain;
+    uint64_t writes;
+    bool brick; /* a work group does one */
+} springls__kernel_info;
+
+#define SPRINGLS__RANGE(name)                                                                                            \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
+    {                                                                                                                    \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                      \
+    }
+
+#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
+    {                                                                                                                    \
+        springls__##name##_elements(model, args, begin, end);                                                             \
+    }
+
+#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end)      \
+    {                                                                                                                    \
+        float memory[floats];                                                                                            \
+        for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
+    }
 
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
@@ -7698,7 +7871,8 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
-SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
+SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel,
+                                                   const springls__arguments *args)
 {
     springls__kernel_run run;
     memset(&run, 0, sizeof run);
@@ -7717,7 +7891,8 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
 }
 
 /* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
-SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                          const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
     if (springls__run_on_device(ctx, kernel, count, args) == SPRINGLS_OK) return true;
@@ -7832,7 +8007,8 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project",
+                                                             "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -8180,7 +8356,7 @@ SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 }
 
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
-/* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move. */
 
 /* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
@@ -8188,7 +8364,7 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
-/* Springls have been put behind the others by springls__springl_add. */
+/* Counts springls that springls__springl_add has put behind the others. */
 SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added)
 {
     ctx->model.set.count += added;
@@ -8200,7 +8376,8 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
+    /* the last of the arrays that grow */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3));
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -8225,22 +8402,22 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
+/* Notes that the level set agrees with the springls as they are now: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* The longest way of any particle since then, voxels. In SCRATCH7. */
-SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
+/* Returns the largest displacement of a particle since then, in voxels. */
+SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
+    *displacement = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 
-/* To be called after anything that moves springls. */
+/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
@@ -8248,7 +8425,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
     ctx->springl_surface_fresh = false;
 }
 
-/* To be called after anything that adds, removes or replaces springls. */
+/* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
 SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
@@ -8350,11 +8527,15 @@ SPRINGLS__FN size_t springls__table_size(size_t entries)
 }
 
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
-/* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+/* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
 
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
+/* Makes phi_next the new phi. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+}
 
+/* Sets all voxels of a slot. */
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 {
     float *brick = field + (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -8362,7 +8543,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of omega. */
+/* Sets the constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
     springls__arguments args;
@@ -8377,7 +8558,7 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
-/* The constant bricks of a grid, far outside and far inside. */
+/* Sets the constant bricks of a grid's phi, far outside and far inside. */
 SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
     g->far_value = ctx->model.params.band_half_width + 1.0f;
@@ -8385,7 +8566,7 @@ SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* ... and what the model's grid has besides. */
+/* Sets all fields of the constant bricks of the model's grid. */
 SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8399,7 +8580,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     }
 }
 
-/* Everything of a grid outside: keeps memory. */
+/* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -8409,7 +8590,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     springls__grid_constants(ctx, g);
 }
 
-/* The model and its reference are empty. */
+/* Makes all of the model's grid and of its reference outside. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__discard_device_copies(ctx);
@@ -8419,6 +8600,7 @@ SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
     ctx->reference_stamp = 0;
 }
 
+/* Makes the model's grid and its reference, all outside, of the size in the description. */
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8445,8 +8627,8 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
     g->slot_count += n - reused;
 }
 
-/* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
-   it had, and keeps `active` ordered by brick. */
+/* Gives every brick of a list a slot, filled with the constant that the brick had; keeps `active` ordered by brick. The list may
+   have any order, repetitions, and bricks that are active already; it is sorted. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8486,7 +8668,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
     g->active_count = n;
 }
 
-/* phi_ref = phi: the same slots. */
+/* Copies phi to phi_ref, in the same slots. */
 SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -8689,8 +8871,9 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 }
 
 /* ======== >>advect  (src/stages/advect.h) ====================================================================== */
-/* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
+/* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
 {
@@ -8719,16 +8902,16 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* What a block's displacements come to. */
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
+/* Writes sigma of eq. 1 at points[0..count). */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
                                  springls__v3 *out)
 {
-    const springls_forces *forces = &job->forces;
+    const springls_forces *forces = &motion->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -8736,41 +8919,41 @@ SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     job->rule.velocity_weight);
+                                     motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
-        springls__field_sample(&job->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->rule.velocity_weight);
+        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3 *points, const springls__v3 *normals, int count,
-                                 float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
+                                 int count, float time, springls__v3 *out)
 {
-    const springls_forces *forces = &job->forces;
+    const springls_forces *forces = &motion->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
-            springls__field_sample(&job->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[0]);
+            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
             out[i] = springls__mad(out[i], normals[i],
-                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+                                   -forces->curvature_weight * springls__curvature_at(&motion->ctx->model.grid, points[i]));
     }
 }
 
-/* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__v3 *x, const springls__v3 *a, int count,
+/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
                                    float time, springls__v3 *slope)
 {
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
@@ -8779,20 +8962,20 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(job, x, count, time, slope);
-    if (!job->ctx->model.params.vertex_velocity) {
-        springls__push(job, x, normals, count, time, slope);
+    springls__flow(motion, x, count, time, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, x, normals, count, time, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
         springls__v3 push[SPRINGLS__ADVECT_BLOCK];
         memset(push, 0, sizeof push);
-        springls__push(job, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(job, x + m * count, count, time, slope + m * count);
+        springls__push(motion, x, normals, count, time, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    if (!job->forces.affine) return;
-    job->forces.affine(job->forces.user, &x[0].x, &a[0].x, count, time, affine);
+    if (!motion->forces.affine) return;
+    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -8800,61 +8983,61 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
             springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
                                                A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
+            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
-    springls__block_motion motion;
+    springls__block_motion block;
     int i, m;
-    motion.largest2 = 0.0f;
-    motion.moving = 0;
-    motion.finite = 1;
+    block.largest2 = 0.0f;
+    block.moving = 0;
+    block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
         for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) motion.finite = 0;
-        motion.largest2 = springls__max(motion.largest2, d2);
-        motion.moving += d2 > 1e-4f;
+            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        block.largest2 = springls__max(block.largest2, d2);
+        block.moving += d2 > 1e-4f;
     }
-    return motion;
+    return block;
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first, int count)
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = job->ctx->model.set.s + first;
-    const springls__v3 *a = job->ctx->model.set.a + first;
-    const springls__grid *g = &job->ctx->model.grid;
+    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__v3 *a = motion->ctx->model.set.a + first;
+    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
+    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[3], k4);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->rule.dt);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = job->displacement[first + i].x;
+        springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (job->rule.stop_at_topology
+        if (motion->rule.stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
                                           springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
                                           springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
+    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
@@ -8862,106 +9045,106 @@ SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
     return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
-/* Of blocks: callbacks see the same batches for any division. */
+/* Displaces some blocks: callbacks see the same batches for any division of the loop. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
-    const springls__motion *job = (const springls__motion *)arg;
+    const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
     }
 }
 
-/* The context's motion: what `forces` do from `time` on in a time of dt. */
+/* Begins the motion by `forces` from `time` to time + dt. */
 SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    springls__motion *job = &ctx->motion;
-    memset(job, 0, sizeof *job);
-    job->ctx = ctx;
+    springls__motion *motion = &ctx->motion;
+    memset(motion, 0, sizeof *motion);
+    motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    job->forces = *forces;
-    job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
-    job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
-    job->rule.curvature_weight = forces->curvature_weight;
-    job->time = time;
-    job->dt = dt;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
-    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity);
+    motion->forces = *forces;
+    motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
+    motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.curvature_weight = forces->curvature_weight;
+    motion->time = time;
+    motion->dt = dt;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
-SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
-    float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
-    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
-        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
-    job->rule.dt = job->dt;
-    job->rule.stage_time[0] = job->time;
-    job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
-    job->rule.stage_time[3] = job->time + spread;
-    job->rule.stop_at_topology = job->stop_at_topology;
+    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
+    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    motion->rule.dt = motion->dt;
+    motion->rule.stage_time[0] = motion->time;
+    motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
+    motion->rule.stage_time[3] = motion->time + spread;
+    motion->rule.stop_at_topology = motion->stop_at_topology;
     return SPRINGLS_OK;
 }
 
-/* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
+/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
-                                                                                     : 0;
+    springls_context *ctx = motion->ctx;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.stop_at_topology;
+    uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
-    job->blocks = springls__block_motions(&ctx->model);
+    motion->blocks = springls__block_motions(&ctx->model);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* After that: the largest particle displacement, or a negative number when any point's is not finite. */
-SPRINGLS__FN void springls__displaced(springls__motion *job)
+/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     float largest2 = 0.0f;
     bool finite = true;
     int i;
-    if (!job->blocks) return; /* the device has told */
-    job->moving = 0;
-    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
-        finite = finite && job->blocks[i].finite;
-        largest2 = springls__max(largest2, job->blocks[i].largest2);
-        job->moving += job->blocks[i].moving;
+    if (!motion->blocks) return; /* the device has found all of it */
+    motion->moving = 0;
+    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
+        finite = finite && motion->blocks[i].finite;
+        largest2 = springls__max(largest2, motion->blocks[i].largest2);
+        motion->moving += motion->blocks[i].moving;
     }
-    job->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
 }
 
-/* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
+/* Returns true when the device can evaluate the forces, and completes the rule for it. */
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
-    const springls_forces *forces = &job->forces;
-    float *n = job->rule.flow_numbers;
+    const springls_forces *forces = &motion->forces;
+    float *n = motion->rule.flow_numbers;
     if (forces->pressure || forces->affine) return false;
-    job->rule.flow = SPRINGLS__FLOW_NONE;
+    motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
-        job->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
         n[0] = flow->grid_size;
         n[1] = flow->period;
     } else if (forces->velocity == springls_velocity_rotation) {
         const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
         springls__v3 axis = springls__normalize(springls__load3(flow->axis));
-        job->rule.flow = SPRINGLS__FLOW_ROTATION;
+        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
         memcpy(n, flow->center, 3 * sizeof *n);
         n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
-        const springls_backend *backend = job->ctx->backend;
+        const springls_backend *backend = motion->ctx->backend;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
-        job->rule.flow = SPRINGLS__FLOW_USER;
+        motion->rule.flow = SPRINGLS__FLOW_USER;
     }
     return true;
 }
 
-/* A sampled field goes to the device once as long as its version stays. */
+/* Sends a sampled field to the device, unless the same version of it is there. */
 SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
                                                        const springls_sampled_field *given, const springls__field *field)
 {
@@ -8976,40 +9159,41 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
+/* Finds all displacements on the device, the largest one and how many springls move. */
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
+    springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
-    if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
+    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    job->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    job->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
-    if (!(job->moved < 1e9f)) job->moved = -1.0f;
+    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
+    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
     return ctx->backend_status;
 }
 
-/* Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *job)
+/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
-    SPRINGLS__TRY(springls__motion_times(job));
+    springls_context *ctx = motion->ctx;
+    SPRINGLS__TRY(springls__motion_times(motion));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    job->displacement = springls__displacement(&ctx->model);
-    job->blocks = NULL;
-    if (ctx->on_device && springls__device_can_displace(job)) {
-        springls_status status = springls__displace_on_device(job);
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->blocks = NULL;
+    if (ctx->on_device && springls__device_can_displace(motion)) {
+        springls_status status = springls__displace_on_device(motion);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    return springls__displace_on_host(job);
+    return springls__displace_on_host(motion);
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -9020,22 +9204,22 @@ enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
-    springls__motion *job = &ctx->motion;
+    springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(job));
+        SPRINGLS__TRY(springls__displace(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
-    springls__displaced(job);
-    if (job->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+    springls__displaced(motion);
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
+        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
-    ctx->stats.largest_displacement = job->moved;
-    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = motion->moved;
+    ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -9043,16 +9227,16 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
-    springls__motion *job = &ctx->motion;
+    springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
-    job->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
-    job->rule.euler = 1;
+    motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(job)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
     springls__finish_loop(ctx);
-    springls__displaced(job);
-    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    *speed = job->moved;
+    springls__displaced(motion);
+    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = motion->moved;
     return SPRINGLS_OK;
 }
 
@@ -9105,11 +9289,11 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 }
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
-   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
-   so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
 
-/* Every particle's cell, its brick being made active if need be. */
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -9129,13 +9313,30 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    const springls__springl *s = ctx->model.set.s;
+    const springls__grid *g = &ctx->model.grid;
     size_t n = (size_t)ctx->model.set.count;
-    uint32_t running = 0;
+    uint32_t before = 0;
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
@@ -9147,24 +9348,14 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
-    for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        springls__count_in_cell(&ctx->model, i);
-    }
-    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
 
-/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -9191,30 +9382,31 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
-/* ======== >>attribute_rows  (src/model/attribute_rows.h) ======================================================= */
-/* attribute_rows.h - storage of attributes: each springl has a row of `channels` floats in each of them. */
+/* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
+/* attribute_values.h - storage of attributes: `channels` floats for each springl, in the order of springls. */
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
     return policy == SPRINGLS_POLICY_COPY || policy == SPRINGLS_POLICY_BLEND || policy == SPRINGLS_POLICY_SHARE;
 }
 
-SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
+/* Returns the values of springl i. */
+SPRINGLS__FN float *springls__values_of(const springls__attribute *attribute, int i)
 {
     return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
 }
 
-SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
+SPRINGLS__FN void springls__values_copy(const springls__attribute *attribute, int to, int from)
 {
     size_t bytes = (size_t)attribute->channels * sizeof(float);
-    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
+    if (to != from) memcpy(springls__values_of(attribute, to), springls__values_of(attribute, from), bytes);
 }
 
-/* Makes room for `rows` rows; keeps the first `keep`. */
-SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
+/* Makes room for the values of `count` springls; keeps those of the first `keep`. */
+SPRINGLS__FN springls_status springls__values_reserve(springls_context *ctx, springls__attribute *attribute, int count, int keep)
 {
-    size_t row = (size_t)attribute->channels * sizeof(float);
-    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
+    size_t bytes = (size_t)attribute->channels * sizeof(float);
+    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(count, 1), bytes, (size_t)keep * bytes);
 }
 
 /* Makes room for count elements in working memory `which`. */
@@ -9579,14 +9771,14 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
 
 /* ---- values ---- */
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+SPRINGLS__FN void springls__interpolate_blended(const springls__attribute *attribute,
                                              const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < sources->count; i++)
         for (c = 0; c < attribute->channels; c++)
-            out[c] += sources->weight[i] * springls__attribute_row(attribute, sources->index[i])[c];
+            out[c] += sources->weight[i] * springls__values_of(attribute, sources->index[i])[c];
 }
 
 /* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
@@ -9595,8 +9787,8 @@ SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribu
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (sources->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__interpolate_rows(attribute, sources, out);
-    else memcpy(out, springls__attribute_row(attribute, sources->index[0]), bytes);
+    else if (blend) springls__interpolate_blended(attribute, sources, out);
+    else memcpy(out, springls__values_of(attribute, sources->index[0]), bytes);
 }
 
 /* ======== >>springl_surface  (src/model/springl_surface.h) ===================================================== */
@@ -9618,10 +9810,10 @@ SPRINGLS__FN springls_status springls__springl_surface_refresh(springls_context 
 }
 
 /* ======== >>inherit  (src/stages/inherit.h) ==================================================================== */
-/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7). The springls change as they would without; at the end of a stage that
-   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
-   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
-   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7).
+   Springls change as they would without attributes; at the end of a stage that has added or removed some, their values follow, on
+   the host. A new springl is known by its `parent`, a removed one by its contract_action; BLEND interpolates among the springls
+   around (interpolation.h). All that can fail is done before anything changes. */
 
 /* ---- split ---- */
 
@@ -9632,12 +9824,13 @@ SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, spring
     return channels;
 }
 
+/* Makes room for the values of `splits` more springls, and keeps the correspondences that BLEND will need. */
 SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
 {
     size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
     if (!blended) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
@@ -9647,8 +9840,8 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     return SPRINGLS_OK;
 }
 
-/* The springl of an id, among the first `count`: ids ascend. */
-SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+/* Returns which of the first `count` springls has an id: ids ascend. */
+SPRINGLS__FN int springls__springl_of_id(const springls_context *ctx, uint32_t id, int count)
 {
     int low = 0, high = count;
     while (high - low > 1) {
@@ -9659,20 +9852,21 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
     return low;
 }
 
-/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+/* Values for new springls; the search has those that were there before. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
     springls__interpolation_search search;
-    int blended; /* channels */
-    float *values;
+    int blended;   /* channels of all attributes that are blended                                               */
+    float *values; /* of both halves of each split springl                                                     */
 } springls__inherit_job;
 
+/* Returns the springl that a new one was split from: now its other half. */
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
-    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+    return springls__springl_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
 }
 
-/* Blended values of both halves, from those that the springls had before. */
+/* Computes the blended values of both halves, from the values before the split. */
 SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -9681,17 +9875,19 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
     for (; begin < end; begin++)
         for (half = 0; half < 2; half++) {
             int child = job->search.known + begin;
-            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            int springl = half ? child : springls__other_half(job, child);
+            springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, springl);
             for (i = 0; i < job->ctx->attribute_count; i++) {
                 const springls__attribute *attribute = &job->ctx->attributes[i];
                 if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
-                springls__interpolate_value(attribute, &donors, true, out);
+                springls__interpolate_value(attribute, &sources, true, out);
                 out += attribute->channels;
             }
         }
 }
 
-SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+/* Gives both halves their values. */
+SPRINGLS__FN void springls__split_values_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
     const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
@@ -9700,7 +9896,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
         int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
+            float *first = springls__values_of(attribute, other), *second = springls__values_of(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
                 if (attribute->split == SPRINGLS_POLICY_BLEND) first[c] = in[at + c];
                 if (attribute->split == SPRINGLS_POLICY_SHARE) first[c] *= 0.5f;
@@ -9711,6 +9907,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
     }
 }
 
+/* Gives springls known, known + 1, ... their values, and their other halves theirs. */
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
@@ -9726,23 +9923,23 @@ SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int kn
     job.blended = springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
     if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
-    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_values_task, &job);
 }
 
 /* ---- fill ---- */
 
-SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__fill_values_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
     int i;
     for (; begin < end; begin++) {
         int child = job->search.known + begin;
-        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
+        springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *row = springls__attribute_row(attribute, child);
-            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
+            float *values = springls__values_of(attribute, child);
+            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(values, 0, (size_t)attribute->channels * sizeof *values);
+            else springls__interpolate_value(attribute, &sources, attribute->fill == SPRINGLS_POLICY_BLEND, values);
         }
     }
 }
@@ -9752,7 +9949,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     springls__inherit_job job;
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
@@ -9760,10 +9957,11 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = known;
-    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_values_task, &job);
     return SPRINGLS_OK;
 }
 
+/* Gives springls known, known + 1, ... their values. On failure removes these springls again. */
 SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
 {
     springls_status status;
@@ -9778,10 +9976,10 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 
 /* ---- merge ---- */
 
-/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+/* Of a removed springl: the nearest springl of its side that stays, -1 when there is none, and its distance. Of any: its area. */
 typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
-SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *action, int i)
 {
     const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
     const springls__springl *s = ctx->model.set.s;
@@ -9789,31 +9987,31 @@ SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_con
                                                          range * ctx->largest_spacing / ctx->smallest_spacing);
     springls__v3 n = springls__springl_normal(s[i]);
     float best = range * range;
-    springls__merge_target heir;
+    springls__merge_target target;
     int j;
-    heir.index = -1;
-    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
-    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+    target.index = -1;
+    target.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (action[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
         float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
-        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (action[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && target.index >= 0 && j > target.index)) continue;
         if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
         best = d2;
-        heir.index = j;
+        target.index = j;
     }
-    heir.distance = springls__sqrt(best);
-    return heir;
+    target.distance = springls__sqrt(best);
+    return target;
 }
 
 typedef struct springls__merge_targets_job {
     const springls_context *ctx;
-    const uint8_t *fate;
-    springls__merge_target *heirs;
+    const uint8_t *action;
+    springls__merge_target *targets;
 } springls__merge_targets_job;
 
 SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
 {
     const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
-    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
+    for (; begin < end; begin++) job->targets[begin] = springls__merge_target_of(job->ctx, job->action, begin);
 }
 
 SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
@@ -9824,7 +10022,7 @@ SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
     return false;
 }
 
-/* SCRATCH1 has the fate of every springl. */
+/* Finds where the values of springls go that will be removed (contract_action). */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
     springls__merge_targets_job job;
@@ -9836,54 +10034,55 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = springls__contract_action(&ctx->model);
-    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    job.action = springls__contract_action(&ctx->model);
+    job.targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
 }
 
-/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
-SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+/* Adds the values of springl `gone` to those of `target` (SHARE), or mixes them in with a weight of `share` (BLEND). */
+SPRINGLS__FN void springls__merge_values(const springls__attribute *attribute, int target, int gone, float share)
 {
-    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    float *to = springls__values_of(attribute, target), *from = springls__values_of(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++)
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
-   leaves its share. */
-SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weigh
+   their values; one removed for another reason passes only sums (SHARE) on. */
+SPRINGLS__FN void springls__merge_all_values(springls_context *ctx, int count)
 {
-    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
     for (i = 0; i < count; i++) {
-        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
-        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
-        if (!heir) continue;
+        springls__merge_target *target = targets[i].index < 0 ? NULL : &targets[targets[i].index];
+        bool merged = targets[i].distance <= ctx->model.params.merge_distance && targets[i].area > 0.0f;
+        if (!target) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
-                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
-                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
-        if (merged) heir->area += heirs[i].area;
+                springls__merge_values(&ctx->attributes[k], targets[i].index, i,
+                                       merged ? targets[i].area / (targets[i].area + target->area) : 0.0f);
+        if (merged) target->area += targets[i].area;
     }
 }
 
+/* Passes values on, and closes the gaps of those that have been removed among `count` springls. */
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = springls__contract_action(&ctx->model);
+    const uint8_t *action = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
-    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    if (springls__attributes_merge(ctx)) springls__merge_all_values(ctx, count);
     for (k = 0; k < ctx->attribute_count; k++)
         for (i = n = 0; i < count; i++)
-            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+            if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
+/* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
@@ -9891,7 +10090,13 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+enum {
+    SPRINGLS__CONTRACT_JUDGE,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_REMOVE
+};
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
@@ -9933,7 +10138,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     }
 }
 
-/* By phi as it is. */
+/* Contracts by phi as it is now. */
 SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sample_phi(ctx));
@@ -9944,7 +10149,8 @@ SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
    Inside is 6-connected and outside 26-connected, here and in marching cubes. */
 
-/* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
+/* Takes over the changes of phi_next that keep the topology. A pass moves the front by about a voxel: `passes` of them allow a
+   step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
     springls__arguments args;
@@ -9955,7 +10161,7 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 }
 
 /* ======== >>unsigned_distance  (src/stages/unsigned_distance.h) ================================================ */
-/* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
 /* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
@@ -9971,7 +10177,8 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__ROLE_BIT(brick_rank)));
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
+                                        | SPRINGLS__ROLE_BIT(brick_rank)));
     first = model->cells.brick_list_first;
     memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
     for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
@@ -9981,7 +10188,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
+/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -9998,9 +10205,9 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 }
 
 /* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 23). */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
 
-/* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
+/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
     if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
@@ -10027,10 +10234,10 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 }
 
 /* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
-   comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
+   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
 
-/* Where they are wanted. Ends with a loop. */
+/* Finds the springls missing beside others. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
@@ -10043,6 +10250,7 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Chooses among them, and adds as many as there is room for. */
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     springls__arguments args;
@@ -10066,9 +10274,9 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 }
 
 /* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
-/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
 
-/* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
+/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
     springls__arguments args;
@@ -10083,7 +10291,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
     return SPRINGLS_OK;
 }
 
-/* ... get springls. */
+/* Adds springls there, as many as there is room for. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     springls__arguments args;
@@ -10098,7 +10306,7 @@ SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* The new springls, behind `first` others, take their place among them. */
+/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
 SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
     springls__arguments args;
@@ -10107,7 +10315,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     if (added == 0) return;
     args.fit.first = first;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -10117,7 +10325,7 @@ enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FI
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
@@ -10143,7 +10351,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 }
 
 /* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
-/* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
 
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
@@ -10153,11 +10361,11 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Bricks that the band has reached are added, bricks that it has left are dropped. */
+/* Adds the bricks that the band has reached, and drops those that it has left. */
 SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    uint32_t *reach;
+    uint32_t *mask;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
@@ -10170,14 +10378,14 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    reach = springls__band_mask(&ctx->model);
+    mask = springls__band_mask(&ctx->model);
     keep = springls__band_keeps(&ctx->model);
     wanted = springls__band_bricks(&ctx->model);
     rank = springls__band_rank(&ctx->model);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
                                     SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps) | SPRINGLS__ROLE_BIT(band_bricks)
-                                        | SPRINGLS__ROLE_BIT(band_rank)));
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -10187,7 +10395,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
             brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;
@@ -10231,7 +10439,7 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 }
 
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
-/* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 
 enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
 
@@ -10250,12 +10458,13 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
         springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
+            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
         return SPRINGLS_OK;
     }
 }
 
-/* Flipped triangles are turned round (section 4.3.1). */
+/* Turns flipped triangles round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
@@ -10291,7 +10500,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 }
 
 /* ======== >>track  (src/stages/track.h) ======================================================================== */
-/* track.h - where on the original surface a springl belongs (section 4.7). */
+/* track.h - keeps correspondences on the original surface (section 4.7). */
 
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
@@ -10300,12 +10509,12 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 }
 
 /* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
-/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the whole border of
-   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
-   is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
-   and hollows that the background cannot reach are outside as well. */
+/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
+   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
+   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
+   cannot reach are outside too. */
 
-/* Bricks within the band of any springl; everything else is dropped first. */
+/* Makes the bricks within the band of any springl the active ones. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -10334,14 +10543,14 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* The background grows through bricks: the coarse levels of the paper, each to its end. */
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     int step = 1, axis, lines;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* more than there are lines */
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
     for (; step >= 1; step /= 2)
@@ -10358,7 +10567,7 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* ... and by blocks of voxels in the active bricks. */
+/* Grows the background by blocks of voxels in the active bricks. */
 SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -10374,8 +10583,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
-   thread's work. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
+   is the work of one thread. */
 typedef struct springls__region {
     springls_context *ctx;
     uint8_t *state;       /* of the bricks                                              */
@@ -10386,7 +10595,7 @@ typedef struct springls__region {
 enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
 static const float springls__counted = -2.0f; /* a voxel that is            */
 
-/* The place in phi of the i-th voxel of the active bricks. */
+/* Returns the place in phi of the i-th voxel of the active bricks. */
 SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 {
     return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
@@ -10397,6 +10606,7 @@ SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
     return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
+/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
 {
     springls__grid *g = &r->ctx->model.grid;
@@ -10418,7 +10628,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
     r->member[r->count++] = v;
 }
 
-/* From a voxel, or from the faces of a constant brick, to what lies beside it. */
+/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
@@ -10437,6 +10647,7 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
             }
 }
 
+/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
 SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
 {
     springls__grid *g = &r->ctx->model.grid;
@@ -10452,7 +10663,7 @@ SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
     }
 }
 
-/* Regions one after the other, each flooded from its first voxel. */
+/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
 SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -10476,8 +10687,14 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
-       SPRINGLS__SIGN_COMMIT };
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
@@ -10485,7 +10702,8 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
     case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        if (ctx->model.set.count == 0)
+            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
@@ -10512,11 +10730,11 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 }
 
 /* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
-/* edges.h - sharp edges stay sharp (params.keep_edges): springls at a crease belong to one side of it. Their places are exact
-   where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
+/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
+   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
    both sides. */
 
-/* Finds the springls at creases (edge), and the normal and place that each has on its side. */
+/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
 SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
 {
     int count = ctx->model.set.count;
@@ -10527,16 +10745,17 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
     springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
 }
 
-/* Edges of a model that has just been set. Others are not looked for later: what bends sharply in motion is no edge. */
+/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
+   edge. */
 SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
 
-/* Springls at a crease are turned, each about its particle, into their own side. */
+/* Turns springls at a crease, each about its particle, into their sides. */
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
@@ -10548,8 +10767,8 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 
 /* ---- initial springls ---- */
 
-/* phi's gradient at a voxel, as a unit vector: central where that is as long as a distance's should be, else of the differences
-   to either side those that are. Zero where none are. */
+/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
+   one-sided differences that are; 0 where none are. */
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;
@@ -10572,10 +10791,10 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
-   leaves the distances inside it unrounded, a concave one those outside. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
+   convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__sample_set *crowd)
+                                        springls__sample_set *samples)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -10583,7 +10802,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
     lo[1] = (int)springls__floor(x.y - radius);
     lo[2] = (int)springls__floor(x.z - radius);
     for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
-    crowd->count = 0;
+    samples->count = 0;
     for (k = lo[2]; k <= hi[2]; k++)
         for (j = lo[1]; j <= hi[1]; j++)
             for (i = lo[0]; i <= hi[0]; i++) {
@@ -10593,11 +10812,12 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__sample_set_add(crowd, foot, n, foot, weight * weight, -2);
+                if (weight > 0.0f && springls__length2(n) > 0.5f)
+                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
             }
 }
 
-/* A corner of a triangle that sticks out beyond an edge, drawn back towards the particle. */
+/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
 SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
 {
     const float out = 0.1f; /* voxel */
@@ -10606,20 +10826,20 @@ SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls_
     return q;
 }
 
-/* The springl on one side of a crease that it cut across. */
+/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
-    const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
+    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
     springls__v3 n = springls__springl_normal(*s);
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__sides sides;
     springls__fit_result fit;
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
-        springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__sample_set_sides(&crowd, 0.0f, false);
+        springls__gather_feet(g, s->p, radius, !outside, &samples);
+        sides = springls__sample_set_sides(&samples, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
+        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++)
             s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
@@ -10632,7 +10852,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
-/* Central differences. */
+/* Returns the gradient of phi at a voxel by central differences. */
 SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
 {
     return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
@@ -10640,7 +10860,7 @@ SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int 
                              0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
 }
 
-/* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
     int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
@@ -10664,7 +10884,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     }
 }
 
-/* Initial springls of a level set that cut across a crease are moved to one side of it. */
+/* Moves the initial springls of a level set that cut across a crease to one side of it. */
 SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
@@ -10672,16 +10892,16 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 }
 
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
-/* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
-   of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
+/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
+   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
-   when it is next asked for. */
+/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
+   which is found again when it is next used. */
 SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 {
-    const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
-    const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
+    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
     const springls__grid *g = &ctx->model.grid;
     int i;
     if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
@@ -10697,7 +10917,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
-enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
@@ -10721,7 +10947,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
             springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE)
+            return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:
@@ -10742,35 +10969,37 @@ SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - the volume of every component is held (params.volume_lock) by a tiny offset of its springls and of phi along
+/* volume_lock.h - keeps the volume of every component (params.volume_lock) by a tiny offset of its springls and of phi along
    the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
-   its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
-   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed.
-   Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
+   its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the springls: each has the
+   number of the component it was in, so that after a split targets are shared out, and after a merger they are summed. It is
+   off by default and in double precision, which not every device has: it always runs on the host. */
 
-/* A component now. */
 typedef struct springls__volume_component {
-    double volume, area;
-    float offset, moved;
-    int32_t kin;
+    double volume, area;    /* voxel^3, voxel^2                                                                 */
+    float offset, moved;    /* of this iteration, of all; voxels                                                */
+    int32_t node;           /* root of its tree among the links                                                 */
     bool speck;
-} springls__volume_component; /* moved: offsets in all */
+} springls__volume_component;
 
+/* The components of phi as it is now. */
 typedef struct springls__volume_components {
-    springls__volume_component *part;
+    springls__volume_component *item;
     int count;
     int32_t *rank;          /* slot -> place in `active`                                                        */
     int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
-    int32_t *label;         /* component of a voxel of active bricks, or -1: too far outside                    */
+    int32_t *label;         /* component of a voxel of active bricks; -1: too far outside                       */
     int32_t voxels;         /* nodes that are voxels                                                            */
 } springls__volume_components;
 
-/* The node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
+/* ---- components of phi ---- */
+
+/* Returns the node of an inside voxel: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return parts->voxels + springls__brick_at(g, x, y, z);
-    return parts->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return c->voxels + springls__brick_at(g, x, y, z);
+    return c->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
 }
 
 SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int z)
@@ -10778,16 +11007,16 @@ SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int
     return springls__grid_contains(g, x, y, z) && springls__grid_voxel(g, g->phi, x, y, z) < 0.0f;
 }
 
-/* The lower root stays one. */
-SPRINGLS__FN void springls__component_join(springls__volume_components *parts, int32_t a, int32_t b)
+/* Joins two trees of a forest; the lower root stays a root. */
+SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
 {
-    a = springls__find_root(parts->parent, a);
-    b = springls__find_root(parts->parent, b);
-    if (a < b) parts->parent[b] = a;
-    else parts->parent[a] = b;
+    a = springls__find_root(parent, a);
+    b = springls__find_root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
 }
 
-/* The voxel next to (x, y, z): d counts -x +x -y +y -z +z. */
+/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
 SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
 {
     out[0] = x + (d == 1) - (d == 0);
@@ -10795,23 +11024,27 @@ SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
     out[2] = z + (d == 5) - (d == 4);
 }
 
-SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__volume_components *parts)
+/* Joins the inside voxels of active brick i with those beside them. */
+SPRINGLS__FN void springls__join_voxels(const springls__grid *g, springls__volume_components *c, int i)
 {
-    int i, v, d, o[3], to[3], brick, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2];
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (!springls__is_inside(g, x, y, z)) continue;
-            for (d = 0; d < 6; d++) {
-                springls__voxel_beside(x, y, z, d, to);
-                if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__component_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
-                                        springls__component_node(g, parts, to[0], to[1], to[2]));
-            }
+    int v, d, o[3], to[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+        if (!springls__is_inside(g, x, y, z)) continue;
+        for (d = 0; d < 6; d++) {
+            springls__voxel_beside(x, y, z, d, to);
+            if (!springls__is_inside(g, to[0], to[1], to[2])) continue;
+            springls__join_trees(c->parent, i * SPRINGLS__BRICK_VOXELS + v, springls__component_node(g, c, to[0], to[1], to[2]));
         }
     }
-    for (brick = 0; brick < bricks; brick++) { /* constant ones among themselves */
+}
+
+/* Joins the constant bricks that are inside among themselves. */
+SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volume_components *c)
+{
+    int brick, bricks = (int)springls__brick_count(g), d, to[3];
+    for (brick = 0; brick < bricks; brick++) {
         int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
         if (g->top[brick] != SPRINGLS__INSIDE) continue;
         for (d = 1; d < 6; d += 2) {
@@ -10819,90 +11052,116 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__volume
             springls__voxel_beside(x, y, z, d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__component_join(parts, parts->voxels + brick, parts->voxels + beside);
+            if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
         }
     }
 }
 
-typedef void (*springls__component_triangle)(springls__volume_components *parts, springls__tri t, const int32_t nodes[3]);
+/* ---- triangles of marching cubes ---- */
 
-/* Marching cubes: every triangle with the nodes inside the three edges that it hangs on. */
-SPRINGLS__FN void springls__component_triangles(const springls__grid *g, springls__volume_components *parts, springls__component_triangle visit)
+typedef void (*springls__component_triangle)(springls__volume_components *c, springls__tri t, const int32_t nodes[3]);
+
+/* Finds the nodes of a triangle: those at the inner ends of the three edges of the cube at voxel `at` that carry its vertices. */
+SPRINGLS__FN void springls__triangle_nodes(const springls__grid *g, const springls__volume_components *c, springls__mc_cell cell,
+                                           int triangle, const int at[3], int32_t nodes[3])
+{
+    int mask = springls__mc_case(cell), m;
+    for (m = 0; m < 3; m++) {
+        int edge = springls__mc_edge(mask, triangle, m), corner = springls__mc_edge_corner(edge);
+        if (!springls__mc_inside(cell.phi[corner])) corner |= 1 << springls__mc_edge_axis(edge);
+        nodes[m] = springls__component_node(g, c, at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2));
+    }
+}
+
+/* Visits the triangles of one cube of a brick. */
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__volume_components *c, const springls__cube_range *range,
+                                       springls__mc_cell cell, int x, int y, int z, springls__component_triangle visit)
+{
+    int mask = springls__mc_case(cell), k, at[3];
+    int32_t nodes[3];
+    at[0] = range->origin[0] + x;
+    at[1] = range->origin[1] + y;
+    at[2] = range->origin[2] + z;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__triangle_nodes(g, c, cell, k, at, nodes);
+        visit(c, springls__cube_triangle(range, cell, mask, x, y, z, k), nodes);
+    }
+}
+
+/* Visits all triangles of the zero level. */
+SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__volume_components *c,
+                                            springls__component_triangle visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
-    int32_t nodes[3];
-    int i, x, y, z, k, m;
+    int i, x, y, z;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
         springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                    springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                    int mask = springls__mc_case(cell);
-                    for (k = 0; k < springls__mc_count(mask); k++) {
-                        for (m = 0; m < 3; m++) {
-                            int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
-                            if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__component_node(g, parts, range.origin[0] + x + (c & 1),
-                                                           range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
-                        }
-                        visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
-                    }
-                }
+                for (x = range.lo[0]; x <= range.hi[0]; x++)
+                    springls__visit_cube(g, c, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
 {
     (void)t;
-    springls__component_join(parts, nodes[0], nodes[1]);
-    springls__component_join(parts, nodes[0], nodes[2]);
+    springls__join_trees(c->parent, nodes[0], nodes[1]);
+    springls__join_trees(c->parent, nodes[0], nodes[2]);
 }
 
-/* Area, and the volume under the triangle, for the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
+/* Adds the triangle's area, and the volume under it, to the component that it bounds. */
+SPRINGLS__FN void springls__measure_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
 {
     springls__v3 area2 = springls__tri_area2(t);
-    springls__volume_component *part;
-    int32_t label = nodes[0] < parts->voxels ? parts->label[nodes[0]] : -1;
+    springls__volume_component *item;
+    int32_t label = nodes[0] < c->voxels ? c->label[nodes[0]] : -1;
     if (label < 0) return;
-    part = &parts->part[label];
-    part->area += 0.5 * (double)springls__length(area2);
-    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
+    item = &c->item[label];
+    item->area += 0.5 * (double)springls__length(area2);
+    item->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
                     * (1.0 / 6.0);
 }
 
-SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *parts)
+SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *c)
 {
     int i;
-    for (i = 0; i < parts->count; i++) parts->part[i].volume = parts->part[i].area = 0.0;
-    springls__component_triangles(g, parts, springls__measure_triangle);
+    for (i = 0; i < c->count; i++) c->item[i].volume = c->item[i].area = 0.0;
+    springls__visit_triangles(g, c, springls__measure_triangle);
 }
 
-/* An outside voxel belongs to the component that the way down phi leads to. -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
+/* ---- labels ---- */
+
+/* Returns the direction of the neighbor with the lowest phi, below that of the voxel; -1 where phi is flat. */
+SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z)
+{
+    float least = springls__grid_voxel(g, g->phi, x, y, z), phi;
+    int d, best = -1, to[3];
+    for (d = 0; d < 6; d++) {
+        springls__voxel_beside(x, y, z, d, to);
+        if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
+        if (phi >= least) continue;
+        least = phi;
+        best = d;
+    }
+    return best;
+}
+
+/* Returns the component of an outside voxel: the one that steepest descent of phi leads to; -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
-        float least = springls__grid_voxel(g, g->phi, x, y, z);
-        int best = -1;
-        if (least < 0.0f) {
-            int32_t node = springls__component_node(g, parts, x, y, z);
-            return node < parts->voxels ? parts->label[node] : -1;
+        if (springls__is_inside(g, x, y, z)) {
+            int32_t node = springls__component_node(g, c, x, y, z);
+            return node < c->voxels ? c->label[node] : -1;
         }
-        for (d = 0; d < 6; d++) {
-            float phi;
-            springls__voxel_beside(x, y, z, d, to);
-            if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
-            phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
-            if (phi >= least) continue;
-            least = phi;
-            best = d;
-        }
-        if (best < 0) return -1;
-        springls__voxel_beside(x, y, z, best, to);
+        d = springls__steepest_descent(g, x, y, z);
+        if (d < 0) return -1;
+        springls__voxel_beside(x, y, z, d, to);
         x = to[0];
         y = to[1];
         z = to[2];
@@ -10910,69 +11169,90 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
     return -1;
 }
 
-/* Components in the order of their first voxel. */
-SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *parts)
+/* Numbers the components in the order of their first voxel, and labels their inside voxels. A component has a surface, so some
+   voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__label_insides(const springls__grid *g, springls__volume_components *c)
 {
-    const springls__grid *g = &ctx->model.grid;
-    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
-            nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
-    int32_t i, o[3];
-    int v;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
-    parts->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, parts->voxels));
-    parts->rank = springls__component_rank(&ctx->model);
-    parts->parent = springls__component_parent(&ctx->model);
-    parts->label = springls__component_label(&ctx->model);
-    for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
-    springls__join_faces(g, parts);
-    springls__component_triangles(g, parts, springls__join_triangle);
-    parts->count = 0;
-    for (i = 0; i < parts->voxels; i++) parts->label[i] = -1;
-    for (i = 0; i < g->active_count; i++) { /* a component has a surface, so its first voxel that is active tells */
+    int i, v, o[3];
+    c->count = 0;
+    for (i = 0; i < c->voxels; i++) c->label[i] = -1;
+    for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int32_t node = i * SPRINGLS__BRICK_VOXELS + v, root;
             if (!springls__is_inside(g, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6))) continue;
-            root = springls__find_root(parts->parent, node);
-            parts->label[node] = root == node ? parts->count++ : parts->label[root]; /* a root is the lowest of its tree */
+            root = springls__find_root(c->parent, node);
+            c->label[node] = root == node ? c->count++ : c->label[root];
         }
     }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, parts->count));
-    parts->part = springls__components(&ctx->model);
-    memset(parts->part, 0, (size_t)parts->count * sizeof *parts->part);
+}
+
+SPRINGLS__FN void springls__label_outsides(const springls__grid *g, springls__volume_components *c)
+{
+    int i, v, o[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
             if (springls__grid_contains(g, x, y, z) && !springls__is_inside(g, x, y, z))
-                parts->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, parts, x, y, z);
+                c->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, c, x, y, z);
         }
     }
-    springls__measure_components(g, parts);
+}
+
+/* Finds the forest of what is connected inside phi. */
+SPRINGLS__FN springls_status springls__connect_inside(springls_context *ctx, springls__volume_components *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + (int64_t)springls__brick_count(g);
+    int32_t i;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
+    c->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, c->voxels));
+    c->rank = springls__component_rank(&ctx->model);
+    c->parent = springls__component_parent(&ctx->model);
+    c->label = springls__component_label(&ctx->model);
+    for (i = 0; i < g->active_count; i++) c->rank[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) c->parent[i] = i;
+    for (i = 0; i < g->active_count; i++) springls__join_voxels(g, c, i);
+    springls__join_bricks(g, c);
+    springls__visit_triangles(g, c, springls__join_triangle);
     return SPRINGLS_OK;
 }
 
-/* The component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *parts, springls__v3 p)
+/* Finds the components and measures them. */
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *c)
 {
-    int i, j, k, c;
+    const springls__grid *g = &ctx->model.grid;
+    SPRINGLS__TRY(springls__connect_inside(ctx, c));
+    springls__label_insides(g, c);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, c->count));
+    c->item = springls__components(&ctx->model);
+    memset(c->item, 0, (size_t)c->count * sizeof *c->item);
+    springls__label_outsides(g, c);
+    springls__measure_components(g, c);
+    return SPRINGLS_OK;
+}
+
+/* Returns the component of a springl: that of the deepest labelled voxel of the eight about its particle. */
+SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *c, springls__v3 p)
+{
+    int i, j, k, corner;
     int32_t label = -1;
     float least = FLT_MAX;
     i = (int)springls__floor(springls__clamp(p.x, -1.0f, (float)g->size[0]));
     j = (int)springls__floor(springls__clamp(p.y, -1.0f, (float)g->size[1]));
     k = (int)springls__floor(springls__clamp(p.z, -1.0f, (float)g->size[2]));
-    for (c = 0; c < 8; c++) {
-        int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2), slot;
+    for (corner = 0; corner < 8; corner++) {
+        int x = i + (corner & 1), y = j + (corner >> 1 & 1), z = k + (corner >> 2), slot;
         int32_t here;
         float phi;
         if (!springls__grid_contains(g, x, y, z)) continue;
         slot = springls__slot_at(g, x, y, z);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = parts->label[springls__component_node(g, parts, x, y, z)];
+        here = c->label[springls__component_node(g, c, x, y, z)];
         phi = springls__grid_voxel(g, g->phi, x, y, z);
         if (here < 0 || phi >= least) continue;
         least = phi;
@@ -10981,144 +11261,148 @@ SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, con
     return label;
 }
 
-/* ---- what a volume should be ---- */
+/* ---- target volumes: components before and now that springls link have one target together ---- */
 
-/* What is known before and what there is now, as nodes of one forest: components before come first. */
-typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link; /* of a root: of all its tree */
+/* A component as a node of the links; target, volume and area are those of all its tree when it is a root. */
+typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link;
 
 typedef struct springls__component_links {
-    springls__component_link *kin;
-    int32_t *parent;
-    uint64_t *votes;
+    springls__component_link *node; /* components before, then those of now      */
+    int32_t *parent;                /* their forest                              */
+    uint64_t *votes;                /* before << 32 | now, one a springl         */
     size_t vote_count;
-    int before;
+    int before;                     /* how many components there were before     */
 } springls__component_links;
 
-SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
+SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *c,
+                                                             springls__component_links *links)
 {
-    const double *known = (const double *)ctx->locked_memory.data;
+    const double *locked = (const double *)ctx->locked_memory.data;
     size_t nodes;
     int i;
-    k->before = ctx->locked_count;
-    nodes = (size_t)k->before + (size_t)parts->count;
-    k->vote_count = 0;
+    links->before = ctx->locked_count;
+    nodes = (size_t)links->before + (size_t)c->count;
+    links->vote_count = 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
-    k->votes = springls__link_votes(&ctx->model);
-    k->kin = springls__links(&ctx->model);
-    k->parent = springls__link_parent(&ctx->model);
+    links->votes = springls__link_votes(&ctx->model);
+    links->node = springls__links(&ctx->model);
+    links->parent = springls__link_parent(&ctx->model);
     for (i = 0; i < (int)nodes; i++) {
-        k->parent[i] = i;
-        k->kin[i].votes = 0;
-        k->kin[i].target = i < k->before ? known[i] : 0.0;
-        k->kin[i].volume = i < k->before ? 0.0 : parts->part[i - k->before].volume;
+        links->parent[i] = i;
+        links->node[i].votes = 0;
+        links->node[i].target = i < links->before ? locked[i] : 0.0;
+        links->node[i].volume = i < links->before ? 0.0 : c->item[i - links->before].volume;
     }
     return SPRINGLS_OK;
 }
 
-/* Every springl votes for a tie between the component it was part of and the one it is part of now. */
-SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
+/* Finds the component of every springl; each votes for a link between the one it was in and the one it is in now. */
+SPRINGLS__FN void springls__collect_votes(springls_context *ctx, const springls__volume_components *c,
+                                          springls__component_links *links)
 {
     int i;
     for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t was = ctx->model.set.component[i], is = springls__component_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
-        ctx->model.set.component[i] = is;
-        if (was < 0 || is < 0) continue;
-        k->kin[was].votes++;
-        k->kin[k->before + is].votes++;
-        k->votes[k->vote_count++] = (uint64_t)was << 32 | (uint64_t)is;
+        int32_t before = ctx->model.set.component[i];
+        int32_t now = springls__component_of_springl(&ctx->model.grid, c, ctx->model.set.s[i].p);
+        ctx->model.set.component[i] = now;
+        if (before < 0 || now < 0) continue;
+        links->node[before].votes++;
+        links->node[links->before + now].votes++;
+        links->votes[links->vote_count++] = (uint64_t)before << 32 | (uint64_t)now;
     }
-    springls__sort_keys(k->votes, k->vote_count);
+    springls__sort_keys(links->votes, links->vote_count);
 }
 
-SPRINGLS__FN void springls__vote_for_links(springls__component_links *k, int32_t a, int32_t b)
-{
-    a = springls__find_root(k->parent, a);
-    b = springls__find_root(k->parent, b);
-    if (a < b) k->parent[b] = a;
-    else k->parent[a] = b;
-}
-
-/* Ties with a tenth of either one's votes count: where two components come close, single springls may be mistaken. */
-SPRINGLS__FN void springls__tie(springls__component_links *k)
+/* Links components with a tenth of the votes of either one: where two come close, single springls may vote for the wrong one. */
+SPRINGLS__FN void springls__link_by_votes(springls__component_links *links)
 {
     size_t i = 0, first;
-    while (i < k->vote_count) {
-        int32_t was = (int32_t)(k->votes[i] >> 32), is = k->before + (int32_t)(k->votes[i] & 0xffffffffu);
+    while (i < links->vote_count) {
+        int32_t before = (int32_t)(links->votes[i] >> 32), now = links->before + (int32_t)(links->votes[i] & 0xffffffffu);
         int64_t votes;
-        for (first = i; i < k->vote_count && k->votes[i] == k->votes[first]; i++) continue;
+        for (first = i; i < links->vote_count && links->votes[i] == links->votes[first]; i++) continue;
         votes = 10 * (int64_t)(i - first);
-        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__vote_for_links(k, was, is);
+        if (votes >= links->node[before].votes || votes >= links->node[now].votes)
+            springls__join_trees(links->parent, before, now);
     }
 }
 
-/* A part of a few voxels has no surface to speak of, and an offset would join it to anything: it belongs to the largest. */
+/* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__tie_specks(const springls__volume_components *parts, springls__component_links *k)
+SPRINGLS__FN void springls__link_specks(const springls__volume_components *c, springls__component_links *links)
 {
     int i, largest = 0;
-    for (i = 1; i < parts->count; i++)
-        if (parts->part[i].volume > parts->part[largest].volume) largest = i;
-    for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
-        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
-            springls__vote_for_links(k, i, k->before + largest);
+    for (i = 1; i < c->count; i++)
+        if (c->item[i].volume > c->item[largest].volume) largest = i;
+    for (i = 0; i < links->before + c->count && c->count > 0; i++)
+        if (springls__is_speck(i < links->before ? links->node[i].target : links->node[i].volume))
+            springls__join_trees(links->parent, i, links->before + largest);
 }
 
-/* Kin have together what they had before. Who has no kin is to have what there is. */
-SPRINGLS__FN void springls__inherit(springls__volume_components *parts, springls__component_links *k)
+/* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
+SPRINGLS__FN void springls__sum_targets(springls__volume_components *c, springls__component_links *links)
 {
-    int i, nodes = k->before + parts->count;
+    int i, nodes = links->before + c->count;
     for (i = 0; i < nodes; i++) {
-        int32_t root = springls__find_root(k->parent, i);
+        int32_t root = springls__find_root(links->parent, i);
         if (root == i) continue;
-        k->kin[root].target += k->kin[i].target;
-        k->kin[root].volume += k->kin[i].volume;
+        links->node[root].target += links->node[i].target;
+        links->node[root].volume += links->node[i].volume;
     }
-    for (i = 0; i < parts->count; i++) {
-        springls__component_link *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
+    for (i = 0; i < c->count; i++) {
+        springls__component_link *all;
+        c->item[i].node = springls__find_root(links->parent, links->before + i);
+        all = &links->node[c->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
-/* Remembers what every component is to have: of several kin, by the volumes they have now. */
-SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *parts, const springls__component_links *k)
+/* Stores the target of every component for the next step; linked ones share theirs by their volumes. */
+SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *c,
+                                                       const springls__component_links *links)
 {
-    double *known;
+    double *locked;
     int i;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
-    known = (double *)ctx->locked_memory.data;
-    for (i = 0; i < parts->count; i++) {
-        const springls__component_link *all = &k->kin[parts->part[i].kin];
-        known[i] = all->volume > 0.0 ? all->target * (parts->part[i].volume / all->volume) : 0.0;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)c->count + 1, sizeof *locked, 0));
+    locked = (double *)ctx->locked_memory.data;
+    for (i = 0; i < c->count; i++) {
+        const springls__component_link *all = &links->node[c->item[i].node];
+        locked[i] = all->volume > 0.0 ? all->target * (c->item[i].volume / all->volume) : 0.0;
     }
-    ctx->locked_count = parts->count;
+    ctx->locked_count = c->count;
     return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
 
-typedef struct springls__offset_job { springls_context *ctx; const springls__volume_components *parts; } springls__offset_job;
+typedef struct springls__offset_job {
+    springls_context *ctx;
+    const springls__volume_components *components;
+} springls__offset_job;
 
-/* phi_next: phi less its component's offset, where it is a distance. */
+/* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
+    const springls__volume_components *c = job->components;
     const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t label = job->parts->label[begin * SPRINGLS__BRICK_VOXELS + v];
+            int32_t label = c->label[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - job->parts->part[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__clamp(phi[v] - c->item[label].offset, -g->far_value, g->far_value);
         }
     }
 }
 
+/* Moves springls along their normals by their component's offset. */
 SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
@@ -11128,87 +11412,90 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
         springls__springl *s = &ctx->model.set.s[begin];
         springls__v3 by;
         if (ctx->model.set.component[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.component[begin]].offset);
+        by = springls__scale(springls__springl_normal(*s), job->components->item[ctx->model.set.component[begin]].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-SPRINGLS__FN void springls__sum_linked(const springls__volume_components *parts, springls__component_links *k)
+/* Sums volumes and areas of linked components; specks have no area that could move. */
+SPRINGLS__FN void springls__sum_linked(const springls__volume_components *c, springls__component_links *links)
 {
     int i;
-    for (i = 0; i < parts->count; i++) k->kin[parts->part[i].kin].volume = k->kin[parts->part[i].kin].area = 0.0;
-    for (i = 0; i < parts->count; i++) {
-        springls__component_link *all = &k->kin[parts->part[i].kin];
-        all->volume += parts->part[i].volume;
-        if (!parts->part[i].speck) all->area += parts->part[i].area;
+    for (i = 0; i < c->count; i++) links->node[c->item[i].node].volume = links->node[c->item[i].node].area = 0.0;
+    for (i = 0; i < c->count; i++) {
+        springls__component_link *all = &links->node[c->item[i].node];
+        all->volume += c->item[i].volume;
+        if (!c->item[i].speck) all->area += c->item[i].area;
     }
 }
 
-/* Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *parts, springls__component_links *k)
+/* Chooses offsets by Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *c, springls__component_links *links)
 {
-    const double close = 1e-7, longest = 0.25; /* of the volume; voxels, at once */
+    const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_linked(parts, k);
-    for (i = 0; i < parts->count; i++) {
-        springls__volume_component *part = &parts->part[i];
-        const springls__component_link *all = &k->kin[part->kin];
+    springls__sum_linked(c, links);
+    for (i = 0; i < c->count; i++) {
+        springls__volume_component *item = &c->item[i];
+        const springls__component_link *all = &links->node[item->node];
         double missing = all->target - all->volume, by;
-        part->offset = 0.0f;
-        if (part->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
+        item->offset = 0.0f;
+        if (item->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
         by = missing / all->area;
-        part->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
-        part->moved += part->offset;
+        item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        item->moved += item->offset;
         any = true;
     }
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *parts, springls__component_links *k)
+SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *c,
+                                            springls__component_links *links)
 {
     const int iterations = 6;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
-    job.parts = parts;
-    for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
+    job.components = c;
+    for (i = 0; i < iterations && springls__choose_offsets(c, links); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_components(&ctx->model.grid, parts);
+        springls__measure_components(&ctx->model.grid, c);
     }
-    springls__sum_linked(parts, k);
+    springls__sum_linked(c, links);
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
     ctx->stats.volume_correction = 0.0f;
-    for (i = 0; i < parts->count; i++)
-        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(parts->part[i].moved));
+    for (i = 0; i < c->count; i++)
+        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(c->item[i].moved));
 }
 
-/* After a step; before the first one with the lock, when nothing is known, it only takes note. */
+/* Corrects the volumes after a step. The first time, when there are no targets yet, it only stores them. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__volume_components parts;
-    springls__component_links kinship;
-    int i, known = ctx->locked_count;
+    springls__volume_components components;
+    springls__component_links links;
+    int i;
+    bool first = ctx->locked_count == 0;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_components(ctx, &parts));
-    for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
-    SPRINGLS__TRY(springls__component_links_begin(ctx, &parts, &kinship));
-    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.component[i] = -1; /* of another time */
-    springls__vote(ctx, &parts, &kinship);
-    springls__tie(&kinship);
-    springls__tie_specks(&parts, &kinship);
-    springls__inherit(&parts, &kinship);
-    if (known > 0) springls__correct_volumes(ctx, &parts, &kinship);
-    return springls__lock_components(ctx, &parts, &kinship);
+    SPRINGLS__TRY(springls__find_components(ctx, &components));
+    for (i = 0; i < components.count; i++) components.item[i].speck = springls__is_speck(components.item[i].volume);
+    SPRINGLS__TRY(springls__component_links_begin(ctx, &components, &links));
+    for (i = 0; i < ctx->model.set.count && first; i++) ctx->model.set.component[i] = -1; /* numbers of an earlier lock */
+    springls__collect_votes(ctx, &components, &links);
+    springls__link_by_votes(&links);
+    springls__link_specks(&components, &links);
+    springls__sum_targets(&components, &links);
+    if (!first) springls__correct_volumes(ctx, &components, &links);
+    return springls__lock_components(ctx, &components, &links);
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
-/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 
 /* ---- conditions of entries ---- */
 
@@ -11278,7 +11565,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     if (step->time_left <= 0.0f) return SPRINGLS_OK;
     *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
     if (ctx->time + (double)*dt == ctx->time)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                              (double)*dt);
     if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -11338,7 +11626,7 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
@@ -11465,7 +11753,8 @@ static const springls__step_entry springls__advect_only[] = {
 
 SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
 {
-    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+    if (mode == SPRINGLS_MODE_FLUID) return springls__fluid;
+    return mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
 }
 
 /* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
@@ -12990,7 +13279,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
     for (j = 0; j < 3 * triangle_count; j++) {
-        float x[3];
+        float x[3] = { 0.0f, 0.0f, 0.0f };
         i = triangles[j];
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
@@ -13430,7 +13719,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
     attribute->channels = desc->channels;
-    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    SPRINGLS__TRY(springls__values_reserve(ctx, attribute, ctx->model.set.count, 0));
     memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
     attribute->split = desc->split;
     attribute->fill = desc->fill;
@@ -15967,7 +16256,8 @@ static const char *const springls__kernel_lines[] = {
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
     "#line 1482 \"springls.h\"\n",
-    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */\n",
+    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
+    "   voxels. */\n",
     "\n",
     "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
     "\n",
@@ -15977,7 +16267,7 @@ static const char *const springls__kernel_lines[] = {
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
     "\n",
-    "/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
+    "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
     "\n",
     "/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */\n",
@@ -15995,7 +16285,8 @@ static const char *const springls__kernel_lines[] = {
     "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
     "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
     "\n",
-    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */\n",
+    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are\n",
+    "   left. */\n",
     "typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;\n",
     "\n",
     "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
@@ -16038,10 +16329,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1555 \"springls.h\"\n",
+    "#line 1557 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
-    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a\n",
-    "   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
+    "   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
     "\n",
     "/* Lists the roles that kernels use. */\n",
     "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
@@ -16119,7 +16410,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1637 \"springls.h\"\n",
+    "#line 1639 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16189,18 +16480,18 @@ static const char *const springls__kernel_lines[] = {
     "  }\n",
     "#endif\n",
     "\n",
-    "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
+    "/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */\n",
     "SPRINGLS__MATHS float springls__floor(float x)\n",
     "{\n",
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1714 \"springls.h\"\n",
+    "#line 1716 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
-    "/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */\n",
+    "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
     "#define springls__broadcast(x) (x)\n",
     "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
     "#define springls__any(where) (where)\n",
@@ -16211,9 +16502,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1731 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 1733 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16226,7 +16517,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1747 \"springls.h\"\n",
+    "#line 1749 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16269,7 +16560,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16295,8 +16586,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16350,7 +16641,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1871 \"springls.h\"\n",
+    "#line 1873 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16368,7 +16659,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
-    "/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
+    "/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
     "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
@@ -16376,10 +16667,10 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1898 \"springls.h\"\n",
-    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
-    "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
-    "   the same order: the bits are the same for every width. */\n",
+    "#line 1900 \"springls.h\"\n",
+    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
+    "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
+    "   single number in the same order, so every width gives the same bits. */\n",
     "\n",
     "#if defined(__OPENCL_VERSION__)\n",
     "\n",
@@ -16448,7 +16739,12 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)\n",
+    "{\n",
+    "    return *(const springls__vec_anywhere *)(const void *)from;\n",
+    "}\n",
+    "\n",
+    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16462,7 +16758,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
     "}\n",
     "\n",
-    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "/* Returns a < b ? a : b, the second where they are equal or not ordered. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
     "{\n",
     "#if defined(SPRINGLS__SIMD)\n",
@@ -16523,9 +16819,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2046 \"springls.h\"\n",
+    "#line 2053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16538,7 +16834,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2061 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16581,7 +16877,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
-    "/* a + s b */\n",
+    "/* Returns a + s b. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
     "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
@@ -16607,8 +16903,8 @@ static const char *const springls__kernel_lines[] = {
     "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
     "}\n",
     "\n",
-    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
-    "   bits. Beyond, x is clamped. */\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and\n",
+    "   2^k by its bits. Clamps x beyond. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
     "{\n",
     "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
@@ -16662,13 +16958,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2185 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "\n",
+    "/* A table for springls__vec_from. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
-    "/* Returns first, first + 1, ...: places along a row of eight. */\n",
+    "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2200 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16680,9 +16977,9 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2204 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2212 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16695,7 +16992,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2220 \"springls.h\"\n",
+    "#line 2228 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16713,7 +17010,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16721,8 +17018,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16739,9 +17036,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2264 \"springls.h\"\n",
+    "#line 2272 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16754,7 +17051,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2279 \"springls.h\"\n",
+    "#line 2287 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16772,7 +17069,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to that segment. */\n",
+    "/* Returns the squared distance from x to the segment that starts at a, of vector ab; inverse as above. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
     "{\n",
     "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
@@ -16780,8 +17077,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
-    "   edge. */\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
     "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
@@ -16798,9 +17095,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2323 \"springls.h\"\n",
+    "#line 2331 \"springls.h\"\n",
     "\n",
-    "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
+    "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
@@ -16870,9 +17167,9 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2395 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 2403 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16885,8 +17182,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2411 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2419 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16896,7 +17193,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16909,22 +17206,26 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them, with what follows from q and p. */\n",
+    "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    float number[16][SPRINGLS__WIDTH];\n",
@@ -16944,9 +17245,9 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2470 \"springls.h\"\n",
+    "#line 2482 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -16959,8 +17260,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2485 \"springls.h\"\n",
-    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "#line 2497 \"springls.h\"\n",
+    "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
     "typedef struct SPRINGLS__W(springl) {\n",
@@ -16970,7 +17271,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
     "} SPRINGLS__W(springl);\n",
     "\n",
-    "/* Sets what follows from q and p. */\n",
+    "/* Returns s with the members that follow from q and p. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
@@ -16983,22 +17284,26 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "/* Reads the springls first, first + 1, ..., one a lane. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
     "{\n",
-    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
     "    SPRINGLS__W(springl) s;\n",
     "    int lane, k, m;\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
-    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "        for (k = 0; k < 16; k++) number[k][lane] = from[k];\n",
     "    }\n",
-    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(load)(number[12 + m]);\n",
+    "    }\n",
     "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    s.bounding_radius = SPRINGLS__W(load)(number[15]);\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them, with what follows from q and p. */\n",
+    "/* Writes them to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    float number[16][SPRINGLS__WIDTH];\n",
@@ -17018,14 +17323,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2545 \"springls.h\"\n",
-    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "#line 2561 \"springls.h\"\n",
+    "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
     "   A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:\n",
     "   X(NAME, element type, elements that belong together, struct of the model, member). */\n",
     "\n",
-    "/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */\n",
+    "/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */\n",
     "#define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \\\n",
     "    X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \\\n",
     "    X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \\\n",
@@ -17046,13 +17351,13 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\\\n",
+    "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
     "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
     "\n",
-    "/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */\n",
+    "/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */\n",
     "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
     "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
     "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
@@ -17062,22 +17367,23 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what a device needs to move springls by itself (advect.h). */\n",
+    "/* Lists what moves springls on a device (advect.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
     "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
-    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \\\n",
-    "    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \\\n",
+    "    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \\\n",
+    "    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \\\n",
+    "    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \\\n",
     "    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])\n",
     "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
     "    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \\\n",
     "    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \\\n",
     "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
     "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
-    "    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */\n",
+    "    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */\n",
     "\n",
     "/* Lists all arrays. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                      \\\n",
@@ -17122,15 +17428,15 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__RESHAPE 2\n",
     "#define SPRINGLS__UNDECIDED 3\n",
     "\n",
-    "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
-    "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
+    "/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,\n",
+    "   far outside and far inside, so that every brick of the top table can be read without a test. */\n",
     "#define SPRINGLS__BRICK 8\n",
     "#define SPRINGLS__BRICK_VOXELS 512\n",
     "#define SPRINGLS__OUTSIDE 0\n",
     "#define SPRINGLS__INSIDE 1\n",
     "#define SPRINGLS__FIRST_SLOT 2\n",
-    "#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */\n",
-    "#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */\n",
+    "#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */\n",
+    "#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */\n",
     "\n",
     "typedef struct springls__grid {\n",
     "    int size[3];            /* voxels                                                                */\n",
@@ -17140,7 +17446,7 @@ static const char *const springls__kernel_lines[] = {
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "} springls__grid;\n",
     "\n",
-    "/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */\n",
+    "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
     "typedef struct springls__cell_list {\n",
     "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
@@ -17157,7 +17463,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "} springls__work_arrays;\n",
     "\n",
-    "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
+    "/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */\n",
     "#define SPRINGLS__ROWS 64\n",
     "\n",
     "typedef struct springls__group { int item, items; } springls__group;\n",
@@ -17192,10 +17498,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
-    "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
-    "\n",
-    "/* The numbers that one run of a kernel is given besides. */\n",
-    "typedef struct springls__job { int i[4]; float f[4]; } springls__job;\n",
+    "#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */\n",
     "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
@@ -17213,10 +17516,16 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }\n",
+    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)\n",
+    "{\n",
+    "    return springls__tri_normal(springls__springl_tri(s));\n",
+    "}\n",
     "\n",
-    "/* Does springl i lie at a sharp edge that is to be kept? */\n",
-    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
+    "/* Returns true when springl i lies at a sharp edge that is to be kept. */\n",
+    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)\n",
+    "{\n",
+    "    return model->params.keep_edges && model->set.edge[i];\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
     "\n",
@@ -17246,7 +17555,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
-    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
+    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,\n",
+    "                                           uint32_t generation, uint8_t mask)\n",
     "{\n",
     "    springls__record record;\n",
     "    record.s = s;\n",
@@ -17259,14 +17569,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* phi has been made to follow the springls. */\n",
+    "/* Marks particle i as one that phi follows: notes its place. */\n",
     "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH7: how far a particle has come since then, squared. */\n",
+    "/* Finds how far particle i has come since then, squared. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -17312,11 +17622,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2840 \"springls.h\"\n",
+    "#line 2861 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
-    "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
-    "   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */\n",
+    "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
+    "   object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */\n",
     "\n",
     "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
     "\n",
@@ -17356,16 +17666,17 @@ static const char *const springls__kernel_lines[] = {
     "    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;\n",
     "}\n",
     "\n",
-    "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
+    "/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit\n",
     "   (dx+1) + 3(dy+1) + 9(dz+1). */\n",
-    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)\n",
+    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z,\n",
+    "                                                        bool last_z)\n",
     "{\n",
     "    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;\n",
     "    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);\n",
     "    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);\n",
     "}\n",
     "\n",
-    "/* Value at a voxel of the domain. */\n",
+    "/* Returns the value at a voxel of the domain. */\n",
     "SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
     "{\n",
     "    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];\n",
@@ -17376,7 +17687,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];\n",
     "}\n",
     "\n",
-    "/* phi at any voxel; beyond the domain by the border rule above. */\n",
+    "/* Returns phi at any voxel, by the border rule beyond the domain. */\n",
     "SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
     "{\n",
     "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),\n",
@@ -17384,7 +17695,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
-    "/* Trilinear value at x, the border rule included. */\n",
+    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
     "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
@@ -17405,7 +17716,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, u, v, w);\n",
     "}\n",
     "\n",
-    "/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */\n",
+    "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
+    "   axis. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
@@ -17419,7 +17731,7 @@ static const char *const springls__kernel_lines[] = {
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
-    "/* Gradient of the trilinear values by central differences over one voxel. */\n",
+    "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
     "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
@@ -17431,7 +17743,7 @@ static const char *const springls__kernel_lines[] = {
     "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
     "}\n",
     "\n",
-    "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
+    "/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */\n",
     "#define SPRINGLS__TILE 10\n",
     "#define SPRINGLS__TILE_VOXELS 1000\n",
     "\n",
@@ -17440,7 +17752,13 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
-    "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
+    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "SPRINGLS__MATHS int springls__tile_step(int d)\n",
+    "{\n",
+    "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
+    "}\n",
+    "\n",
+    "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -17448,7 +17766,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool border;\n",
     "    springls__slot_origin(g, slot, o);\n",
     "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
-    "    SPRINGLS__BARRIER; /* whoever still reads what was in it */\n",
+    "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
     "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
     "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
     "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
@@ -17482,20 +17800,21 @@ static const char *const springls__kernel_lines[] = {
     "    return v;\n",
     "}\n",
     "\n",
-    "/* Return the smallest and the largest of the six neighbours. */\n",
+    "/* Returns the smallest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
+    "/* Returns the largest of the six neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
-    "/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */\n",
+    "/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
     "{\n",
     "    springls__vmask inside = c < 0.0f;\n",
@@ -17508,7 +17827,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
     "}\n",
     "\n",
-    "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
+    "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
     "#define SPRINGLS__WIDE_MARGIN 3\n",
     "#define SPRINGLS__WIDE 14\n",
     "#define SPRINGLS__WIDE_VOXELS 2744\n",
@@ -17520,8 +17839,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
     "} springls__wide_tile;\n",
     "\n",
-    "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
-    "   items must. */\n",
+    "/* Loads a wide tile into tile->value, as springls__load_tile does; all items of a group must call this, with `wanted` 0 too,\n",
+    "   which loads nothing. */\n",
     "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
@@ -17551,7 +17870,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
-    "/* Trilinear value at x, in voxels from the brick's first one. */\n",
+    "/* Interpolates at x, in voxels from the brick's first one, trilinear. */\n",
     "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
@@ -17610,8 +17929,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 lower = s.q[0], upper = s.q[0];\n",
     "    int m;\n",
     "    for (m = 1; m < 3; m++) {\n",
-    "        lower = springls__v3_make(springls__min(lower.x, s.q[m].x), springls__min(lower.y, s.q[m].y), springls__min(lower.z, s.q[m].z));\n",
-    "        upper = springls__v3_make(springls__max(upper.x, s.q[m].x), springls__max(upper.y, s.q[m].y), springls__max(upper.z, s.q[m].z));\n",
+    "        springls__v3 q = s.q[m];\n",
+    "        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));\n",
+    "        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));\n",
     "    }\n",
     "    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);\n",
     "    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);\n",
@@ -17680,7 +18000,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3240 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17689,9 +18009,9 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3218 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 3249 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17704,7 +18024,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3234 \"springls.h\"\n",
+    "#line 3265 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17712,13 +18032,14 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3246 \"springls.h\"\n",
+    "#line 3278 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -17731,7 +18052,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17739,11 +18060,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
     "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
+    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3273 \"springls.h\"\n",
+    "#line 3306 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -17832,7 +18154,8 @@ static const char *const springls__kernel_lines[] = {
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float v[3];\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION)\n",
+    "        out = springls__deformation_velocity(x, n[0], springls__deformation_amplitude(n[0], n[1], time));\n",
     "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
     "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
     "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
@@ -17904,8 +18227,8 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:\n",
-    "   whether it moves. */\n",
+    "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
+    "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
@@ -17929,7 +18252,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;\n",
     "}\n",
     "\n",
-    "/* Moves springl i by its displacements in SCRATCH0. */\n",
+    "/* Moves springl i by its displacements. */\n",
     "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__movers d = springls__displacement(model)[i];\n",
@@ -17940,11 +18263,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3825 \"springls.h\"\n",
-    "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
-    "   `large` instead, so that one huge triangle does not widen every search. */\n",
+    "#line 3987 \"springls.h\"\n",
+    "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
+    "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
-    "/* The cell of a voxel within its brick. */\n",
+    "/* Returns the cell of a voxel within its brick. */\n",
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
     "{\n",
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
@@ -17980,7 +18303,7 @@ static const char *const springls__kernel_lines[] = {
     "    return walk;\n",
     "}\n",
     "\n",
-    "/* The next springl, or -1 at the end. */\n",
+    "/* Returns the next springl; -1 at the end. */\n",
     "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
     "{\n",
     "    while (walk->next == walk->end) {\n",
@@ -18007,14 +18330,14 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->cells->ids[walk->next++];\n",
     "}\n",
     "\n",
-    "/* All springls whose particle may lie within r of x, and some more. */\n",
+    "/* Begins a walk over all springls whose particle may lie within r of x, and some more. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
     "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
     "}\n",
     "\n",
-    "/* All springls of which some point may lie within `radius` of the box. */\n",
+    "/* Begins a walk over all springls of which some point may lie within `radius` of the box. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
     "                                                               springls__v3 upper, float radius)\n",
     "{\n",
@@ -18023,20 +18346,22 @@ static const char *const springls__kernel_lines[] = {
     "                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
     "}\n",
     "\n",
-    "/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */\n",
+    "/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */\n",
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
+    "/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */\n",
     "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float reach_cap = 2.5f; /* twice that of a springl about to be split */\n",
+    "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
+    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
     "    (void)args;\n",
-    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY\n",
-    "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
+    "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
+    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
@@ -18088,7 +18413,8 @@ static const char *const springls__kernel_lines[] = {
     "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;\n",
     "}\n",
     "\n",
-    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */\n",
+    "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around\n",
+    "   counts. */\n",
     "SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)\n",
     "{\n",
     "    uint32_t mask = 0;\n",
@@ -18112,7 +18438,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3998 \"springls.h\"\n",
+    "#line 4163 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18135,7 +18461,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,\n",
     "                                             float radius2, float d2[8], float edge[8])\n",
     "{\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };\n",
+    "    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m += SPRINGLS__LANES) {\n",
     "        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);\n",
@@ -18152,7 +18479,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
+    "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
+    "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];\n",
@@ -18176,14 +18504,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (other == n) continue;\n",
     "        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;\n",
     "        within = radius + o->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
+    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
+    "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
-    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
-    "                                                     d2[m], 3 * other + (int)edge[m]);\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],\n",
+    "                                                     room, d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -18192,10 +18521,10 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4079 \"springls.h\"\n",
-    "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
+    "#line 4247 \"springls.h\"\n",
+    "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
-    "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
+    "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
     "SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)\n",
     "{\n",
     "    springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);\n",
@@ -18203,16 +18532,18 @@ static const char *const springls__kernel_lines[] = {
     "    return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;\n",
     "}\n",
     "\n",
-    "/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */\n",
+    "/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */\n",
     "SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)\n",
     "{\n",
-    "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);\n",
+    "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);\n",
+    "    float c = springls__corner_cosine(t.c, t.a, t.b);\n",
     "    float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));\n",
     "    float area2 = springls__length2(springls__tri_area2(t));\n",
     "    return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;\n",
     "}\n",
     "\n",
-    "/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */\n",
+    "/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction\n",
+    "   `toward`. */\n",
     "SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)\n",
     "{\n",
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
@@ -18229,27 +18560,28 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a\n",
-    "   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
+    "   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */\n",
     "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
-    "    const float reach = 1.6f, aside = 1.0f;\n",
+    "    const float range = 1.6f, aside = 1.0f; /* voxels */\n",
     "    float depth = -springls__dot(d, n), d2 = springls__length2(d);\n",
-    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;\n",
+    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* 1 when it is beside the springl, on the same side or round the sheet's rim. */\n",
+    "/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */\n",
     "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
-    "    const float reach = 1.5f;\n",
-    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
+    "    const float range = 1.5f; /* voxels */\n",
+    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;\n",
     "}\n",
     "\n",
-    "/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the\n",
-    "   grid are far from the zero level. */\n",
+    "/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are\n",
+    "   far from the zero level. */\n",
     "SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
+    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),\n",
+    "                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
     "                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));\n",
     "    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));\n",
     "}\n",
@@ -18260,9 +18592,9 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
-    "   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of\n",
-    "   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */\n",
+    "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind\n",
+    "   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front\n",
+    "   of either; in front of springls left over where two bodies have merged it is inside. */\n",
     "SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, ahead = 1.5f;\n",
@@ -18277,7 +18609,7 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;\n",
     "        if (other == i || springls__length2(d) > r * r) continue;\n",
-    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */\n",
+    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */\n",
     "        m = springls__springl_normal(model->set.s[other]);\n",
     "        if (springls__is_far_side(d, n, m)) return true;\n",
     "        beside += springls__is_beside(d, n, m);\n",
@@ -18286,47 +18618,48 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes\n",
-    "   the projection hold phi near zero. */\n",
+    "/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near\n",
+    "   zero in the projection. */\n",
     "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
     "{\n",
     "    const float ahead = 0.75f, deep = -0.2f;\n",
     "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
+    "    springls__tri t = springls__springl_tri(s);\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    *fate = SPRINGLS__KEEP;\n",
-    "    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;\n",
-    "    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,\n",
-    "                                                           model->params.min_area))\n",
-    "        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
+    "    *action = SPRINGLS__KEEP;\n",
+    "    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;\n",
+    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;\n",
+    "    else if (!model->set.mask[i]\n",
+    "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
+    "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "/* A good shape about the same particle, which keeps its exact path and correspondence. */\n",
+    "/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */\n",
     "SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */\n",
+    "    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
     "    springls__v3 area2 = springls__tri_area2(t), n;\n",
     "    float area = 0.5f * springls__length(area2);\n",
     "    (void)args;\n",
     "    if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;\n",
-    "    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
+    "    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
     "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
     "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
     "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
-    "/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.\n",
-    "   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */\n",
-    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)\n",
+    "/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.\n",
+    "   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */\n",
+    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -18338,9 +18671,9 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        bool older = model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
-    "        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
+    "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
     "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
     "    return decided;\n",
@@ -18348,23 +18681,24 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);\n",
-    "    uint8_t now = fate[i];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);\n",
+    "    uint8_t current = action[i];\n",
     "    (void)args;\n",
-    "    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
+    "    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);\n",
+    "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* All that are kept so far are undecided. */\n",
+    "/* Makes springl i undecided unless it is removed already. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
+    "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4249 \"springls.h\"\n",
+    "#line 4422 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
-    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
+    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
     "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
     "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
     "{\n",
@@ -18398,7 +18732,7 @@ static const char *const springls__kernel_lines[] = {
     "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
     "\n",
-    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */\n",
     "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
     "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -18406,14 +18740,17 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec c = springls__vec_load(phi + i);\n",
     "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
-    "        if (springls__vec_any(inside))\n",
-    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        if (springls__vec_any(inside)) {\n",
+    "            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "            c = springls__vec_select(inside, next, c);\n",
+    "        }\n",
     "        springls__vec_store(out + i, c);\n",
     "    }\n",
     "}\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
@@ -18429,15 +18766,15 @@ static const char *const springls__kernel_lines[] = {
     "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
     "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
     "            if (springls__fabs(phi[at + x]) > width) continue;\n",
-    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
     "            out[x] += step * lambda * springls__curvature_motion(block);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4323 \"springls.h\"\n",
+    "#line 4499 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
     "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
     "{\n",
     "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
@@ -18451,7 +18788,7 @@ static const char *const springls__kernel_lines[] = {
     "    return y < 0.0f ? -a : a;\n",
     "}\n",
     "\n",
-    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
     "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
@@ -18460,83 +18797,84 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4350 \"springls.h\"\n",
-    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
-    "   two of them opens, springls are missing or the surface ends. */\n",
+    "#line 4526 \"springls.h\"\n",
+    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
+    "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
-    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
     "\n",
     "typedef struct springls__angular_gaps {\n",
-    "    springls__v3 e1, e2;             /* the tangent frame */\n",
+    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
     "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
     "    int count;\n",
     "} springls__angular_gaps;\n",
     "\n",
     "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
     "{\n",
-    "    springls__angular_gaps fan;\n",
-    "    fan.e1 = springls__any_tangent(n);\n",
-    "    fan.e2 = springls__cross(n, fan.e1);\n",
-    "    fan.count = 0;\n",
-    "    return fan;\n",
+    "    springls__angular_gaps gaps;\n",
+    "    gaps.e1 = springls__any_tangent(n);\n",
+    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
+    "    gaps.count = 0;\n",
+    "    return gaps;\n",
     "}\n",
     "\n",
-    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)\n",
+    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
     "{\n",
-    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
+    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
     "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;\n",
+    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
     "    angle = springls__atan2(v, u);\n",
-    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
-    "    fan.angle[i] = angle;\n",
-    "    fan.count++;\n",
-    "    return fan;\n",
+    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
+    "    gaps.angle[i] = angle;\n",
+    "    gaps.count++;\n",
+    "    return gaps;\n",
     "}\n",
     "\n",
-    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
+    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
     "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
     "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
     "{\n",
     "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
-    "    springls__widest_gap opening;\n",
+    "    springls__widest_gap widest;\n",
     "    float from, middle;\n",
     "    int i;\n",
-    "    opening.angle = turn;\n",
-    "    opening.second = 0.0f;\n",
-    "    opening.middle = fan.e1;\n",
-    "    if (fan.count == 0) return opening;\n",
-    "    from = fan.angle[fan.count - 1];\n",
-    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < fan.count; i++) {\n",
-    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
-    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
-    "        if (angle <= opening.angle) continue;\n",
-    "        opening.angle = angle;\n",
-    "        from = fan.angle[i - 1];\n",
+    "    widest.angle = turn;\n",
+    "    widest.second = 0.0f;\n",
+    "    widest.middle = gaps.e1;\n",
+    "    if (gaps.count == 0) return widest;\n",
+    "    from = gaps.angle[gaps.count - 1];\n",
+    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < gaps.count; i++) {\n",
+    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
+    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
+    "        if (angle <= widest.angle) continue;\n",
+    "        widest.angle = angle;\n",
+    "        from = gaps.angle[i - 1];\n",
     "    }\n",
-    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
-    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
-    "    return opening;\n",
+    "    middle = (from + 0.5f * widest.angle) * over_pi;\n",
+    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
+    "                                   springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "    return widest;\n",
     "}\n",
     "\n",
-    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two sides open, its end and a drop nearly all. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)\n",
+    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two wide gaps; its end and a drop leave nearly all open. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
     "{\n",
     "    const float degree = 0.0174532925f;\n",
-    "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
-    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
+    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4420 \"springls.h\"\n",
-    "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
-    "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
-    "   exact to third order, where copying (section 4.7) is exact to none. */\n",
+    "#line 4597 \"springls.h\"\n",
+    "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
+    "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
+    "   accuracy; copying (section 4.7) has none. */\n",
     "\n",
     "#define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */\n",
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
-    "#define SPRINGLS__FIT_RADIUS 2.5f\n",
+    "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
     "typedef struct springls__fit {\n",
     "    springls__v3 origin, e1, e2, n; /* the tangent frame */\n",
@@ -18588,10 +18926,10 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* What the fit says at its origin. */\n",
+    "/* The fitted surface at the origin. */\n",
     "typedef struct springls__fit_result {\n",
     "    springls__v3 point, normal, a;\n",
-    "    int ok; /* 0: too few neighbours, or they lie on a line */\n",
+    "    int ok; /* 0: too few neighbors, or they lie on a line */\n",
     "} springls__fit_result;\n",
     "\n",
     "/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */\n",
@@ -18610,7 +18948,7 @@ static const char *const springls__kernel_lines[] = {
     "            float sum = fit.normal_matrix[i * (i + 1) / 2 + j];\n",
     "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
     "            if (i == j) {\n",
-    "                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* relative to the weights: coordinates are at most 1 */\n",
+    "                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* coordinates are at most 1 */\n",
     "                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);\n",
     "            } else {\n",
     "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
@@ -18637,8 +18975,8 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide\n",
-    "   hole, a height would be a guess: the place stays. */\n",
+    "/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a\n",
+    "   wide hole, the height is unreliable: the place stays. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
     "{\n",
     "    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
@@ -18651,10 +18989,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4543 \"springls.h\"\n",
-    "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
+    "#line 4720 \"springls.h\"\n",
+    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
-    "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
     "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
@@ -18663,8 +19001,8 @@ static const char *const springls__kernel_lines[] = {
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float d2, reach = radius + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        float d2, within = radius + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
@@ -18675,54 +19013,55 @@ static const char *const springls__kernel_lines[] = {
     "    return nearest;\n",
     "}\n",
     "\n",
-    "/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
+    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
+    "   `high` above or below its tangent plane. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                             float r, float high)\n",
     "{\n",
-    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
-    "    return springls__angular_gaps_widest(fan);\n",
+    "    return springls__angular_gaps_widest(gaps);\n",
     "}\n",
     "\n",
-    "/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become\n",
-    "   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */\n",
+    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
+    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
     "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
     "{\n",
     "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
-    "    return springls__spans_sheet(fan) != 0;\n",
+    "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4597 \"springls.h\"\n",
+    "#line 4776 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
-    "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
+    "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
     "\n",
-    "/* Cosine of the angle from which on two normals are those of different sheets. */\n",
+    "/* Two normals are of the same sheet where the cosine of the angle between them is larger. */\n",
     "#define SPRINGLS__SAME_SHEET 0.4f\n",
     "\n",
-    "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
-    "   with it. edge: 1 at a crease. */\n",
+    "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
     "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
     "\n",
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4613 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 4791 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18735,7 +19074,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4629 \"springls.h\"\n",
+    "#line 4807 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18746,9 +19085,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4640 \"springls.h\"\n",
+    "#line 4818 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -18761,7 +19100,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4655 \"springls.h\"\n",
+    "#line 4833 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18772,12 +19111,13 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4666 \"springls.h\"\n",
+    "#line 4844 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
-    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,\n",
+    "                                                               springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
@@ -18793,10 +19133,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
     "\n",
-    "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
-    "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
-    "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
-    "   side of the voxel, the less certain is the bend of the surface in between. */\n",
+    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
+    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
+    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
+    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
+    "   between. */\n",
     "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
@@ -18824,19 +19165,20 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus\n",
-    "   twice far_value. */\n",
+    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or\n",
+    "   minus twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
+    "/* Returns where phi bears that mark. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
     "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
     "}\n",
     "\n",
-    "/* Returns the old value where the side is unknown, else phi. */\n",
+    "/* Returns phi without the mark of an unknown side. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)\n",
     "{\n",
     "    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);\n",
@@ -18849,8 +19191,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);\n",
     "}\n",
     "\n",
-    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from\n",
-    "   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */\n",
+    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are\n",
+    "   from the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays\n",
+    "   unknown. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)\n",
     "{\n",
     "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
@@ -18864,30 +19207,32 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
     "}\n",
     "\n",
-    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and\n",
-    "   not far aside. */\n",
+    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,\n",
+    "   and not far aside. */\n",
     "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4766 \"springls.h\"\n",
-    "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
-    "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
-    "   however strong the curvature. */\n",
+    "#line 4948 \"springls.h\"\n",
+    "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
+    "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
+    "   sides, however strong the curvature. */\n",
     "\n",
-    "#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */\n",
-    "#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */\n",
-    "#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */\n",
-    "#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */\n",
-    "#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */\n",
-    "#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */\n",
-    "#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */\n",
+    "#define SPRINGLS__SIDES 3             /* at most: a corner                                         */\n",
+    "#define SPRINGLS__TRIES 6             /* directions tried for sides                                */\n",
+    "#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */\n",
+    "#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */\n",
+    "#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */\n",
+    "#define SPRINGLS__NARROW 0.4f         /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */\n",
+    "#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */\n",
+    "#define SPRINGLS__CONCAVE 2\n",
     "\n",
-    "/* Of `count` sides; 0 or 1: no crease here. */\n",
+    "/* `count` sides; 0 or 1: no crease here. */\n",
     "typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;\n",
     "\n",
-    "/* The side that a normal belongs to; -1: none. */\n",
+    "/* Returns the side that a normal belongs to; -1: none. */\n",
     "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
     "{\n",
     "    int s, best = -1;\n",
@@ -18901,7 +19246,7 @@ static const char *const springls__kernel_lines[] = {
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Where the places of a side lie, in two tangent coordinates. */\n",
+    "/* Moments of the places of a side in two tangent coordinates. */\n",
     "typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;\n",
     "\n",
     "SPRINGLS__MATHS springls__patch springls__patch_begin(void)\n",
@@ -18923,7 +19268,7 @@ static const char *const springls__kernel_lines[] = {
     "    return patch;\n",
     "}\n",
     "\n",
-    "/* Their variance in the direction in which it is least. */\n",
+    "/* Returns their variance in the direction in which it is least. */\n",
     "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
     "{\n",
     "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
@@ -18932,34 +19277,50 @@ static const char *const springls__kernel_lines[] = {
     "    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);\n",
     "}\n",
     "\n",
-    "/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */\n",
+    "/* A direction, and the weight of the springls that face it. */\n",
     "typedef struct springls__support { springls__v3 normal; float weight; } springls__support;\n",
     "\n",
+    "SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)\n",
+    "{\n",
+    "    int j;\n",
+    "    for (j = 0; j < tries; j++)\n",
+    "        if (springls__dot(tried[j], n) >= SPRINGLS__APART) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns the mean direction of the springls that face like number i, and their weight. */\n",
+    "SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)\n",
+    "{\n",
+    "    springls__support support;\n",
+    "    int j;\n",
+    "    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    support.weight = 0.0f;\n",
+    "    for (j = 0; j < count; j++) {\n",
+    "        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
+    "        support.weight += weight[j];\n",
+    "        support.normal = springls__mad(support.normal, n[j], weight[j]);\n",
+    "    }\n",
+    "    support.normal = springls__normalize(support.normal);\n",
+    "    return support;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */\n",
     "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,\n",
     "                                                      const float *weight, int count)\n",
     "{\n",
-    "    springls__support best;\n",
-    "    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */\n",
+    "    springls__support best, support;\n",
+    "    int i, stride = count / 24 + 1;\n",
     "    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    best.weight = 0.0f;\n",
     "    for (i = 0; i < count; i += stride) {\n",
-    "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "        float support = 0.0f;\n",
-    "        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;\n",
-    "        if (!elsewhere) continue;\n",
-    "        for (j = 0; j < count; j++) {\n",
-    "            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
-    "            support += weight[j];\n",
-    "            sum = springls__mad(sum, n[j], weight[j]);\n",
-    "        }\n",
-    "        if (support <= best.weight) continue;\n",
-    "        best.weight = support;\n",
-    "        best.normal = springls__normalize(sum);\n",
+    "        if (springls__is_tried(tried, tries, n[i])) continue;\n",
+    "        support = springls__support_of(i, n, weight, count);\n",
+    "        if (support.weight > best.weight) best = support;\n",
     "    }\n",
     "    return best;\n",
     "}\n",
     "\n",
-    "/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */\n",
+    "/* The middle of the springls of a side, and how narrow a strip they are: their least variance, voxel^2. */\n",
     "typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;\n",
     "\n",
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
@@ -18986,18 +19347,15 @@ static const char *const springls__kernel_lines[] = {
     "    return strip;\n",
     "}\n",
     "\n",
-    "/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower\n",
-    "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
-    "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
-    "   that it lies on, whichever of several ways it has been turned. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
-    "                                                     int count, float narrow, int certain)\n",
+    "/* Finds sides with a twelfth of the weight each, at least, and none a strip narrower than `narrow`: rows of triangles round a\n",
+    "   thin rim are no sides. */\n",
+    "SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                         int count, float narrow)\n",
     "{\n",
-    "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
     "    springls__sides sides;\n",
-    "    float total = 0.0f, stray = 0.0f;\n",
-    "    int i, s, tries = 0;\n",
+    "    float total = 0.0f;\n",
+    "    int i, tries = 0;\n",
     "    sides.count = 0;\n",
     "    for (i = 0; i < count; i++) total += weight[i];\n",
     "    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {\n",
@@ -19010,33 +19368,59 @@ static const char *const springls__kernel_lines[] = {
     "        sides.middle[sides.count] = strip.middle;\n",
     "        sides.normal[sides.count++] = side.normal;\n",
     "    }\n",
-    "    for (total = 0.0f, i = 0; i < count; i++) {\n",
-    "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
-    "        for (s = 0; s < sides.count; s++) {\n",
-    "            float along = springls__dot(n[i], sides.normal[s]);\n",
-    "            lies = lies\n",
-    "                   || (along > 0.3f\n",
-    "                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
-    "            away = away && along < SPRINGLS__AWAY;\n",
-    "        }\n",
-    "        if (lies) total += weight[i];\n",
-    "        else if (!away) stray += weight[i];\n",
-    "    }\n",
-    "    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;\n",
     "    return sides;\n",
     "}\n",
     "\n",
-    "/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
+    "/* Returns true when a springl faces as a side does, or lies on one within `distance` (voxels), whichever of several ways it has\n",
+    "   been turned. */\n",
+    "SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)\n",
+    "{\n",
+    "    int s;\n",
+    "    if (springls__side_of(*sides, n) >= 0) return true;\n",
+    "    for (s = 0; s < sides->count; s++)\n",
+    "        if (springls__dot(n, sides->normal[s]) > 0.3f\n",
+    "            && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a springl faces away from all sides: it is of another sheet. */\n",
+    "SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls__v3 n)\n",
+    "{\n",
+    "    int s;\n",
+    "    for (s = 0; s < sides->count; s++)\n",
+    "        if (springls__dot(n, sides->normal[s]) >= SPRINGLS__AWAY) return false;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a\n",
+    "   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                     int count, float narrow, int certain)\n",
+    "{\n",
+    "    const float distance = certain ? 0.06f : 0.15f; /* voxel */\n",
+    "    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);\n",
+    "    float on = 0.0f, stray = 0.0f;\n",
+    "    int i;\n",
+    "    for (i = 0; i < count; i++) {\n",
+    "        if (springls__is_on_side(&sides, p[i], n[i], distance)) on += weight[i];\n",
+    "        else if (!springls__faces_away(&sides, n[i])) stray += weight[i];\n",
+    "    }\n",
+    "    if (stray * (certain ? 12.0f : 5.0f) > on) sides.count = 0;\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
     "SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)\n",
     "{\n",
     "    springls__v3 d = springls__sub(q, p);\n",
     "    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two\n",
-    "   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */\n",
+    "/* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */\n",
     "SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }\n",
     "\n",
+    "/* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come\n",
+    "   first whose edge is of another kind than the others. */\n",
     "SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])\n",
     "{\n",
     "    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];\n",
@@ -19045,11 +19429,11 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
-    "/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick\n",
-    "   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */\n",
+    "/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider\n",
+    "   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */\n",
     "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
     "\n",
-    "/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */\n",
+    "/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
     "{\n",
     "    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);\n",
@@ -19058,65 +19442,67 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
     "\n",
-    "/* The springls about a place. */\n",
+    "/* The springls about a place, with weights that fall with their distance. */\n",
     "typedef struct springls__sample_set {\n",
     "    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];\n",
     "    float weight[SPRINGLS__SAMPLE_SET_SIZE];\n",
     "    int id[SPRINGLS__SAMPLE_SET_SIZE], count;\n",
     "} springls__sample_set;\n",
     "\n",
-    "/* False when it is full. */\n",
-    "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)\n",
+    "/* Adds one; false when the set is full. */\n",
+    "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,\n",
+    "                                              float weight, int id)\n",
     "{\n",
-    "    int i = crowd->count;\n",
+    "    int i = samples->count;\n",
     "    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;\n",
-    "    crowd->p[i] = p;\n",
-    "    crowd->n[i] = n;\n",
-    "    crowd->a[i] = a;\n",
-    "    crowd->weight[i] = weight;\n",
-    "    crowd->id[i] = id;\n",
-    "    crowd->count++;\n",
+    "    samples->p[i] = p;\n",
+    "    samples->n[i] = n;\n",
+    "    samples->a[i] = a;\n",
+    "    samples->weight[i] = weight;\n",
+    "    samples->id[i] = id;\n",
+    "    samples->count++;\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* narrow, certain: see springls__find_sides. */\n",
-    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)\n",
+    "/* Finds the sides of a set: see springls__find_sides. */\n",
+    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)\n",
     "{\n",
-    "    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);\n",
+    "    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);\n",
     "}\n",
     "\n",
-    "/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */\n",
+    "/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the\n",
+    "   set. */\n",
     "SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
-    "                                            springls__sample_set *crowd)\n",
+    "                                            springls__sample_set *samples)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
     "    const float least = 0.3f;\n",
     "    int i;\n",
-    "    crowd->count = 0;\n",
+    "    samples->count = 0;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
     "        if (i >= known || weight <= 0.0f) continue;\n",
-    "        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
-    "        if (radius < least) return; /* they lie on each other: these will do */\n",
+    "        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
+    "        if (radius < least) return; /* they lie on each other: these are enough */\n",
     "        radius *= 0.8f;             /* too many: begin again */\n",
     "        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
-    "        crowd->count = 0;\n",
+    "        samples->count = 0;\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* One side's surface about x; springl `self` is not asked. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,\n",
+    "/* Fits the surface of one side about x, without springl `self`. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,\n",
     "                                                        springls__v3 x, springls__v3 a0, int self)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
     "    springls__fit_result result;\n",
     "    int i;\n",
-    "    for (i = 0; i < crowd->count; i++)\n",
-    "        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)\n",
-    "            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);\n",
+    "    for (i = 0; i < samples->count; i++)\n",
+    "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
+    "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
     "    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
     "    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f\n",
@@ -19125,88 +19511,117 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
-    "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
-    "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,\n",
-    "                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)\n",
+    "/* Fits the surface of every side about x; returns how many fits are good. */\n",
+    "SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
+    "                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])\n",
+    "{\n",
+    "    int side, good = 0;\n",
+    "    for (side = 0; side < sides.count; side++) {\n",
+    "        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);\n",
+    "        good += fit[side].ok != 0;\n",
+    "    }\n",
+    "    return good;\n",
+    "}\n",
+    "\n",
+    "/* Returns the side whose fitted surface is nearest to x; of two as near the one that faces more like n. */\n",
+    "SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRINGLS__SIDES], int count, springls__v3 x,\n",
+    "                                           springls__v3 n)\n",
     "{\n",
     "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
-    "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
-    "    float least = FLT_MAX;\n",
-    "    int side, best = -1, good = 0;\n",
-    "    for (side = 0; side < sides.count; side++) {\n",
-    "        float off;\n",
-    "        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);\n",
+    "    float least = FLT_MAX, off;\n",
+    "    int side, best = -1;\n",
+    "    for (side = 0; side < count; side++) {\n",
     "        if (!fit[side].ok) continue;\n",
-    "        good++;\n",
     "        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));\n",
     "        if (off >= least) continue;\n",
     "        least = off;\n",
     "        best = side;\n",
     "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the\n",
+    "   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and\n",
+    "   SPRINGLS__CONCAVE. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
+    "                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)\n",
+    "{\n",
+    "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
+    "    int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);\n",
     "    result.ok = good >= at_least;\n",
     "    result.point = x;\n",
     "    result.normal = n;\n",
     "    result.a = a0;\n",
     "    if (!result.ok) return result;\n",
+    "    best = springls__nearest_side(fit, sides.count, x, n);\n",
     "    result = fit[best];\n",
     "    for (side = 0; side < sides.count; side++) {\n",
     "        int convex;\n",
     "        float beyond;\n",
     "        if (side == best || !fit[side].ok) continue;\n",
     "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
-    "        if (!(ways & (convex ? 1 : 2))) result.ok = 0;\n",
+    "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;\n",
     "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
     "        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
     "    }\n",
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
+    "/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
     "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
     "                                             int known, springls__fit_result *result)\n",
     "{\n",
-    "    springls__sample_set crowd;\n",
+    "    springls__sample_set samples;\n",
     "    springls__sides sides;\n",
     "    int i, edges = 0;\n",
     "    if (model->set.at_edges == 0) return false;\n",
-    "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);\n",
-    "    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];\n",
+    "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);\n",
+    "    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];\n",
     "    if (edges == 0) return false;\n",
-    "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);\n",
+    "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
-    "    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);\n",
+    "    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    return result->ok != 0;\n",
     "}\n",
     "\n",
-    "/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)\n",
+    "/* Returns the mean distance of x over one side, and the middle of that side. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,\n",
+    "                                                              int side, springls__v3 x, springls__v3 *middle)\n",
     "{\n",
-    "    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;\n",
-    "    springls__v3 p[SPRINGLS__SIDES];\n",
-    "    float height[SPRINGLS__SIDES];\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    springls__estimate all;\n",
-    "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;\n",
+    "    int i;\n",
     "    all.weight = all.distance = 0.0f;\n",
-    "    if (sides.count == 0) return all;\n",
+    "    for (i = 0; i < samples->count; i++) {\n",
+    "        springls__estimate one;\n",
+    "        if (springls__side_of(sides, samples->n[i]) != side) continue;\n",
+    "        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);\n",
+    "        all.weight += one.weight;\n",
+    "        all.distance += one.weight * one.distance;\n",
+    "        sum = springls__mad(sum, samples->p[i], one.weight);\n",
+    "    }\n",
+    "    if (all.weight < SPRINGLS__MIN_WEIGHT) return all;\n",
+    "    *middle = springls__scale(sum, 1.0f / all.weight);\n",
+    "    all.distance = all.distance / all.weight;\n",
+    "    return all;\n",
+    "}\n",
+    "\n",
+    "/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */\n",
+    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)\n",
+    "{\n",
+    "    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;\n",
+    "    float height[SPRINGLS__SIDES];\n",
+    "    springls__estimate all, one;\n",
+    "    springls__v3 p[SPRINGLS__SIDES];\n",
+    "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;\n",
+    "    all.weight = all.distance = 0.0f;\n",
     "    known.count = 0;\n",
     "    for (side = 0; side < sides.count; side++) {\n",
-    "        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "        float weight = 0.0f, value = 0.0f;\n",
-    "        for (i = 0; i < crowd->count; i++) {\n",
-    "            springls__estimate say;\n",
-    "            if (springls__side_of(sides, crowd->n[i]) != side) continue;\n",
-    "            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);\n",
-    "            weight += say.weight;\n",
-    "            value += say.weight * say.distance;\n",
-    "            middle = springls__mad(middle, crowd->p[i], say.weight);\n",
-    "        }\n",
-    "        if (weight < 1e-3f) continue;\n",
-    "        p[known.count] = springls__scale(middle, 1.0f / weight);\n",
-    "        height[known.count] = value / weight;\n",
+    "        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);\n",
+    "        if (one.weight < SPRINGLS__MIN_WEIGHT) continue;\n",
+    "        height[known.count] = one.distance;\n",
     "        known.normal[known.count++] = sides.normal[side];\n",
-    "        all.weight += weight;\n",
+    "        all.weight += one.weight;\n",
     "    }\n",
     "    if (known.count == 0) return all;\n",
     "    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);\n",
@@ -19218,9 +19633,9 @@ static const char *const springls__kernel_lines[] = {
     "    return all;\n",
     "}\n",
     "\n",
-    "/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge\n",
-    "   before in SCRATCH7 ---- */\n",
+    "/* ---- the stage: springls at a crease are found, and each is turned into its side ---- */\n",
     "\n",
+    "/* Notes the normal of springl i, and whether it lay at an edge before. */\n",
     "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -19228,49 +19643,52 @@ static const char *const springls__kernel_lines[] = {
     "    springls__was_at_edge(model)[i] = model->set.edge[i];\n",
     "}\n",
     "\n",
-    "/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those\n",
-    "   beside the ones known. */\n",
-    "SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an\n",
+    "   edge before. */\n",
+    "SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */\n",
     "    SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    bool suspect = false;\n",
+    "    bool candidate = false;\n",
     "    int other;\n",
-    "    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
-    "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)\n",
-    "            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
+    "        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)\n",
+    "            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
     "    }\n",
-    "    springls__edge_candidate(model)[i] = suspect;\n",
+    "    springls__edge_candidate(model)[i] = candidate;\n",
     "}\n",
     "\n",
+    "/* Finds the normal of the side that springl i is on, if it lies at an edge. */\n",
     "SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */\n",
-    "    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */\n",
-    "    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);\n",
+    "    const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */\n",
+    "    const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */\n",
+    "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__sample_set crowd;\n",
+    "    springls__sample_set samples;\n",
     "    springls__fit_result fit;\n",
     "    springls__sides sides;\n",
-    "    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */\n",
+    "    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */\n",
     "    int k;\n",
     "    (void)args;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!springls__edge_candidate(model)[i]) return;\n",
-    "    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);\n",
-    "    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);\n",
-    "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
+    "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
+    "    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);\n",
+    "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);\n",
     "    if (sides.count < 2) return;\n",
-    "    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);\n",
+    "    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,\n",
+    "                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
     "    model->set.edge[i] = 1;\n",
     "    springls__side_normal(model)[i] = fit.normal;\n",
     "}\n",
     "\n",
+    "/* Turns springl i, about its particle, into its side. */\n",
     "SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -19281,16 +19699,16 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5177 \"springls.h\"\n",
+    "#line 5434 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
-    "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
+    "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)\n",
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
     "\n",
-    "/* eq. 26. */\n",
+    "/* Projects a onto the original surface (eq. 26). */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)\n",
     "{\n",
     "    const springls__grid *g = &model->reference;\n",
@@ -19301,7 +19719,7 @@ static const char *const springls__kernel_lines[] = {
     "    return a;\n",
     "}\n",
     "\n",
-    "/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
+    "/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
     "SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)\n",
     "{\n",
     "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));\n",
@@ -19311,9 +19729,9 @@ static const char *const springls__kernel_lines[] = {
     "    return d2;\n",
     "}\n",
     "\n",
-    "/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when\n",
-    "   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)\n",
+    "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    float radius = model->params.neighbor_radius;\n",
@@ -19326,7 +19744,7 @@ static const char *const springls__kernel_lines[] = {
     "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "            float d2;\n",
     "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
-    "                continue; /* the far sheet */\n",
+    "                continue; /* on the other side of a sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
@@ -19343,7 +19761,7 @@ static const char *const springls__kernel_lines[] = {
     "    return s.p;\n",
     "}\n",
     "\n",
-    "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
+    "/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
@@ -19366,7 +19784,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    result = springls__fit_end(fit);\n",
     "    if (!result.ok) return result;\n",
-    "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
+    "    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */\n",
     "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
     "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
     "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
@@ -19379,15 +19797,16 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5276 \"springls.h\"\n",
-    "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
+    "#line 5533 \"springls.h\"\n",
+    "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
-    "/* A springl to be. */\n",
+    "/* A springl to add. */\n",
     "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
     "\n",
-    "/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */\n",
+    "/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */\n",
     "#define SPRINGLS__SEED_DISTANCE 0.7f\n",
-    "#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */\n",
+    "/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */\n",
+    "#define SPRINGLS__SEED_RANGE 1.85f\n",
     "\n",
     "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
@@ -19408,7 +19827,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */\n",
+    "/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */\n",
     "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
@@ -19417,28 +19836,28 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
-    "        weight += say.weight;\n",
-    "        value += say.weight * say.distance * say.distance;\n",
+    "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        weight += estimate.weight;\n",
+    "        value += estimate.weight * estimate.distance * estimate.distance;\n",
     "    }\n",
     "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
     "}\n",
     "\n",
-    "/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface\n",
-    "   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */\n",
+    "/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface\n",
+    "   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
     "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
-    "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
+    "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
-    "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
-    "    x = springls__mad(s->p, opening.middle, away);\n",
+    "    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */\n",
+    "    x = springls__mad(s->p, gap.middle, away);\n",
     "    if (!springls__has_room(model, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
@@ -19452,7 +19871,7 @@ static const char *const springls__kernel_lines[] = {
     "    return seed;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
+    "/* Finds the seed beside springl i, if any. */\n",
     "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__seed seed = springls__seed_beside(model, i);\n",
@@ -19461,20 +19880,20 @@ static const char *const springls__kernel_lines[] = {
     "    springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
     "}\n",
     "\n",
-    "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
-    "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
+    "/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all\n",
+    "   earlier seeds near it are decided. */\n",
     "SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);\n",
-    "    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);\n",
+    "    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);\n",
     "    springls__seed seed = seeds[i];\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        if (other >= i || fate[other] == SPRINGLS__REMOVE\n",
+    "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
     "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
-    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
     "    return decided;\n",
@@ -19482,20 +19901,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint8_t now = springls__seed_action(model)[i];\n",
+    "    uint8_t current = springls__seed_action(model)[i];\n",
     "    (void)args;\n",
-    "    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;\n",
+    "    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
+    "/* Flags seed i in seed_number when it is kept. */\n",
     "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__seed_number(model)[i] =\n",
-    "        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* The first job.i[0] accepted seeds become springls. */\n",
+    "/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */\n",
     "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
@@ -19508,7 +19926,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5406 \"springls.h\"\n",
+    "#line 5663 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19601,7 +20019,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }\n",
     "\n",
-    "/* The case of a cube: bit c is set when corner c is inside. */\n",
+    "/* Returns the case of a cube: bit c is set when corner c is inside. */\n",
     "SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)\n",
     "{\n",
     "    int mask = 0, c;\n",
@@ -19611,7 +20029,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }\n",
     "\n",
-    "/* The edge that carries vertex 0, 1 or 2 of a triangle. */\n",
+    "/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */\n",
     "SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)\n",
     "{\n",
     "    return (int)springls__mc_triangles[mask][3 * triangle + vertex];\n",
@@ -19619,7 +20037,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }\n",
     "\n",
-    "/* The corner where an edge begins; it ends at this corner | 1 << axis. */\n",
+    "/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */\n",
     "SPRINGLS__MATHS int springls__mc_edge_corner(int edge)\n",
     "{\n",
     "    int k = edge & 3;\n",
@@ -19682,12 +20100,15 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)\n",
+    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,\n",
+    "                                                   int edge)\n",
     "{\n",
-    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));\n",
+    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,\n",
+    "                              springls__mc_edge_crossing(cell, edge));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)\n",
+    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,\n",
+    "                                                      int y, int z, int triangle)\n",
     "{\n",
     "    springls__tri t;\n",
     "    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));\n",
@@ -19695,14 +20116,15 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5594 \"springls.h\"\n",
+    "#line 5854 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
-    "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
-    "   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */\n",
-    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)\n",
+    "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
+    "   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */\n",
+    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float r = springls__max(on_sheets, covered);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
@@ -19710,8 +20132,8 @@ static const char *const springls__kernel_lines[] = {
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float reach = r + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        float within = r + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
     "        if (nearest2 <= covered * covered) return false;\n",
@@ -19720,16 +20142,31 @@ static const char *const springls__kernel_lines[] = {
     "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
     "}\n",
     "\n",
-    "#define SPRINGLS__CUBES 729 /* a brick */\n",
+    "#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */\n",
     "\n",
-    "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
-    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Returns the exposed triangles of a cube: bit k for the k-th one. */\n",
+    "SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,\n",
+    "                                                     springls__mc_cell cell, int x, int y, int z,\n",
+    "                                                     springls__exposure_arguments distance)\n",
+    "{\n",
+    "    int mask = springls__mc_case(cell), k;\n",
+    "    uint32_t bits = 0u;\n",
+    "    for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);\n",
+    "        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;\n",
+    "    }\n",
+    "    return bits;\n",
+    "}\n",
+    "\n",
+    "/* Finds the exposed triangles of active brick i, and how many they are. */\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
     "    uint32_t count = 0u;\n",
-    "    int x, y, z, k, row;\n",
+    "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
@@ -19739,20 +20176,15 @@ static const char *const springls__kernel_lines[] = {
     "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
     "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
     "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
-    "            int mask = springls__mc_case(cell);\n",
-    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
-    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,\n",
-    "                                           args.exposure.covered_on_sheets)) continue;\n",
-    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
-    "                count++;\n",
-    "            }\n",
+    "            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);\n",
+    "            exposed[9 * row + x + 1] = (uint8_t)bits;\n",
+    "            for (; bits; bits &= bits - 1u) count++;\n",
     "        }\n",
     "    }\n",
     "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
-    "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
+    "/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */\n",
     "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
@@ -19767,7 +20199,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
     "            if (!(exposed[cube] >> k & 1)) continue;\n",
-    "            if (at >= args.insert.count) return; /* no more room, maybe since another brick */\n",
+    "            if (at >= args.insert.count) return;\n",
     "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
     "            p = springls__tri_centroid(t);\n",
     "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
@@ -19775,12 +20207,12 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
+    "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int first = args.fit.first, n = first + i, m;\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
+    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -19791,12 +20223,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    model->set.s[n] = s;\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
-    "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
+    "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5693 \"springls.h\"\n",
+    "#line 5964 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
-    "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
+    "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
+    "   side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
@@ -19851,8 +20284,8 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its\n",
-    "   normal (0: none is near). */\n",
+    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle,\n",
+    "   and its normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
@@ -19876,7 +20309,8 @@ static const char *const springls__kernel_lines[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */\n",
+    "/* Takes one springl as the nearest of the eight voxels from number `row` on, where it is; offset: from the particle to the\n",
+    "   first. */\n",
     "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
@@ -19900,8 +20334,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another\n",
-    "   sheet. */\n",
+    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of\n",
+    "   another sheet. */\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
@@ -19927,10 +20361,10 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
+    "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* The first and the last of them that it comes near. */\n",
+    "/* Return the first and the last voxel of the brick that it comes near. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
@@ -19958,7 +20392,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
+    "/* Finds the nearest springl of every voxel, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -19989,7 +20423,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
+    "/* Sets phi at voxel x by the sides of the crease that springls about it lie at; returns false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                               springls__v3 x, float *phi)\n",
     "{\n",
@@ -20014,7 +20448,7 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
     "                                             springls__v3 normal)\n",
     "{\n",
@@ -20031,9 +20465,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
-    "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
-    "   thread may break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
+    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
+    "   break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -20053,8 +20487,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
-    "/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the\n",
-    "   longest displacement of any. */\n",
+    "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
+    "   springls carry phi along. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -20088,7 +20522,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
-    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */\n",
+    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. The last time none stays unknown. */\n",
     "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,\n",
     "                                                SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -20104,9 +20538,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that\n",
-    "   counts; job.i[0]: it is the last time, and who is left takes the old value. */\n",
-    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Resolves unknown sides in active brick i, from phi_next to omega: voxels take the side of their neighbors. */\n",
+    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                     SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -20116,15 +20550,16 @@ static const char *const springls__kernel_lines[] = {
     "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        if (some_unknown)\n",
-    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum, args.resolve.last != 0,\n",
-    "                                       out + 8 * row);\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, args.resolve.min_sum,\n",
+    "                                       args.resolve.last != 0, out + 8 * row);\n",
     "        else\n",
     "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller\n",
-    "   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */\n",
+    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb\n",
+    "   smaller than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a\n",
+    "   tile. */\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
@@ -20140,7 +20575,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int row, x, o[3];\n",
@@ -20158,11 +20594,11 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6059 \"springls.h\"\n",
+    "#line 6334 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
-    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
+    "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
+    "   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
     "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
@@ -20171,8 +20607,8 @@ static const char *const springls__kernel_lines[] = {
     "    return slope * slope;\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
-    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
+    "/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from\n",
+    "   10 % on in full: so repeated rebuilding does not move what is a distance already. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
     "{\n",
     "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
@@ -20182,7 +20618,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
     "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
@@ -20192,14 +20628,15 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
     "    int i;\n",
     "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        springls__vec v = springls__vec_load(phi + springls__tile_step(i));\n",
     "        lo = springls__vec_min(lo, v);\n",
     "        hi = springls__vec_max(hi, v);\n",
     "    }\n",
     "    return springls__crosses(c, lo, hi);\n",
     "}\n",
     "\n",
-    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
+    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their\n",
+    "   neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
     "{\n",
     "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
@@ -20234,7 +20671,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -20260,7 +20698,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
+    "/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */\n",
     "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20273,7 +20711,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
-    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
+    "/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */\n",
     "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20300,14 +20738,14 @@ static const char *const springls__kernel_lines[] = {
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Writes that of each brick to SCRATCH0. */\n",
+    "/* Finds the bricks around active brick i that the band reaches. */\n",
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6209 \"springls.h\"\n",
+    "#line 6486 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20335,9 +20773,9 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6237 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
-    "   stands before every body. */\n",
+    "#line 6514 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20350,7 +20788,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6253 \"springls.h\"\n",
+    "#line 6530 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20434,8 +20872,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20451,7 +20890,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20470,7 +20909,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20505,7 +20944,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(springl_finished)(s);\n",
     "}\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
@@ -20518,9 +20957,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6421 \"springls.h\"\n",
+    "#line 6699 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   Without a guard, as it stands before every body. */\n",
+    "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
     "#undef SPRINGLS__NUM\n",
     "#undef SPRINGLS__NUM3\n",
@@ -20533,7 +20972,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6714 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20617,8 +21056,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
-    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,\n",
+    "                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,\n",
+    "                                                           SPRINGLS__GLOBAL const int *codes, int instead)\n",
     "{\n",
     "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "    SPRINGLS__W(edges) edges;\n",
@@ -20634,7 +21074,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(thresholded)(rule, c);\n",
     "}\n",
     "\n",
-    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */\n",
     "typedef struct SPRINGLS__W(turn) {\n",
     "    SPRINGLS__NUM3 axis;\n",
     "    SPRINGLS__NUM sine, cosine;\n",
@@ -20653,7 +21093,7 @@ static const char *const springls__kernel_lines[] = {
     "    return turn;\n",
     "}\n",
     "\n",
-    "/* Returns v turned (Rodrigues). */\n",
+    "/* Returns v after the turn (Rodrigues). */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
     "{\n",
     "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
@@ -20688,7 +21128,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(springl_finished)(s);\n",
     "}\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
@@ -20701,9 +21141,9 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6604 \"springls.h\"\n",
+    "#line 6883 \"springls.h\"\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -20711,7 +21151,7 @@ static const char *const springls__kernel_lines[] = {
     "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
-    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */\n",
     "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
     "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
@@ -20737,10 +21177,10 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 6641 \"springls.h\"\n",
+    "#line 6920 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
-    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
+    "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
     "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
     "{\n",
     "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
@@ -20755,26 +21195,27 @@ static const char *const springls__kernel_lines[] = {
     "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
     "}\n",
     "\n",
-    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
+    "/* Returns one half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep its\n",
+    "   orientation. */\n",
     "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
     "{\n",
     "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, part;\n",
+    "    springls__tri turned = t, child;\n",
     "    springls__v3 middle;\n",
     "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
     "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
     "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    part.a = second ? middle : turned.a;\n",
-    "    part.b = second ? turned.b : middle;\n",
-    "    part.c = turned.c;\n",
-    "    return part;\n",
+    "    child.a = second ? middle : turned.a;\n",
+    "    child.b = second ? turned.b : middle;\n",
+    "    child.c = turned.c;\n",
+    "    return child;\n",
     "}\n",
     "\n",
-    "/* A springl that has been split in two; and where the halves have to go. */\n",
+    "/* Half of a springl that is split. */\n",
     "typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;\n",
     "\n",
-    "/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and\n",
-    "   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */\n",
+    "/* Makes a child of half of springl i's triangle. The quadratic rule moves it onto the fitted surface and gives it the fitted\n",
+    "   correspondence; the paper's rule leaves it in the triangle's plane, with the parent's correspondence. */\n",
     "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
     "{\n",
     "    springls__half child;\n",
@@ -20784,15 +21225,13 @@ static const char *const springls__kernel_lines[] = {
     "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
     "    child.a = model->set.a[i];\n",
     "    child.pad = 0.0f;\n",
-    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
-    "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
-    "        if (fit.ok) {\n",
-    "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "            child.s.p = fit.point;\n",
-    "            child.s = springls__springl_finished(child.s);\n",
-    "            child.a = springls__project_on_original(model, fit.a);\n",
-    "        }\n",
-    "    }\n",
+    "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
+    "    fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "    if (!fit.ok) return child;\n",
+    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "    child.s.p = fit.point;\n",
+    "    child.s = springls__springl_finished(child.s);\n",
+    "    child.a = springls__project_on_original(model, fit.a);\n",
     "    return child;\n",
     "}\n",
     "\n",
@@ -20802,56 +21241,59 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
+    "/* Flags springl i in split_number when it is to be split. */\n",
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__split_number(model)[i] = springls__is_overgrown(model,\n",
-    "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
-    "                                                                                     : 0u;\n",
+    "    springls__split_number(model)[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
+    "/* Returns true when springl i is to be split and among the first args.insert.count of those. */\n",
+    "SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, springls__arguments args)\n",
+    "{\n",
+    "    return springls__split_number(model)[i] < (uint32_t)args.insert.count\n",
+    "        && springls__is_overgrown(model, springls__springl_tri(model->set.s[i]));\n",
+    "}\n",
+    "\n",
+    "/* Splits springl i into halves, stored by its number. */\n",
     "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__half *halves = springls__split_halves(model);\n",
-    "    uint32_t at = springls__split_number(model)[i];\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
-    "    halves[2u * at] = springls__child_of(model, i, 0);\n",
-    "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
+    "    uint32_t n = springls__split_number(model)[i];\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
+    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
+    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const springls__half *halves = springls__split_halves(model);\n",
-    "    uint32_t at = springls__split_number(model)[i];\n",
+    "    uint32_t number = springls__split_number(model)[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
     "    springls__half first, second;\n",
-    "    int n = model->set.count + (int)at;\n",
-    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)args.insert.count) return;\n",
-    "    first = halves[2u * at];\n",
-    "    second = halves[2u * at + 1u];\n",
+    "    bool filled = (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED;\n",
+    "    int n = model->set.count + (int)number;\n",
+    "    if (!springls__is_split(model, i, args)) return;\n",
+    "    first = springls__split_halves(model)[2u * number];\n",
+    "    second = springls__split_halves(model)[2u * number + 1u];\n",
     "    model->set.generation[i]++;\n",
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model,\n",
-    "                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
+    "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6748 \"springls.h\"\n",
+    "#line 7029 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
-    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
+    "   used: whether a voxel is simple does not depend on the side it is on. */\n",
     "\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
     "\n",
-    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
+    "/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
     "{\n",
     "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
@@ -20867,33 +21309,35 @@ static const char *const springls__kernel_lines[] = {
     "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
     "}\n",
     "\n",
-    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
-    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
+    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
+    "   neighbors count. */\n",
     "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int faces = mask27 & 0x0415410u;\n",
     "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
+    "    unsigned int component = faces & (~faces + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_x(before) | springls__mask27_spread_y(before) | springls__mask27_spread_z(before);\n",
+    "        component &= near18;\n",
     "    }\n",
-    "    return faces != 0u && (faces & ~part) == 0u;\n",
+    "    return faces != 0u && (faces & ~component) == 0u;\n",
     "}\n",
     "\n",
-    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
+    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
     "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
+    "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
+    "    while (component != before) {\n",
+    "        before = component;\n",
+    "        component = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(component))) & outside;\n",
     "    }\n",
-    "    return outside != 0u && part == outside;\n",
+    "    return outside != 0u && component == outside;\n",
     "}\n",
     "\n",
-    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
+    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
     "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
@@ -20908,8 +21352,8 @@ static const char *const springls__kernel_lines[] = {
     "    return mask;\n",
     "}\n",
     "\n",
-    "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
-    "   live in phi, which receives what is granted of what phi_next asks for. */\n",
+    "/* Takes the changes of side in phi_next over to phi, in active brick i, for the simple voxels of one color (the parities of x,\n",
+    "   y and z). Voxels of one color are not neighbors, so they may change together, in any order. */\n",
     "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -20926,11 +21370,11 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "}\n",
     "\n",
-    "/* What was not granted is taken out of phi_next. */\n",
+    "/* Reverts the changes of side in phi_next that were not taken over. */\n",
     "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
+    "    const float held = 0.25f; /* voxel: |phi| of a voxel that may not change, next to the interface */\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int x;\n",
@@ -20938,11 +21382,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 6844 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "#line 7127 \"springls.h\"\n",
+    "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
-    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
-    "   and radius, comes closer than row[i]. */\n",
+    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
+    "   center and radius, comes closer than row[i]. */\n",
     "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
     "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
@@ -20958,7 +21402,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
     "{\n",
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
@@ -20999,20 +21443,21 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
+    "/* Sets omega at voxel i of the two constant bricks. */\n",
     "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;\n",
+    "    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;\n",
+    "    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;\n",
     "}\n",
     "\n",
-    "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
+    "/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */\n",
     "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int slot = model->grid.active[i];\n",
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 6919 \"springls.h\"\n",
+    "#line 7203 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21024,7 +21469,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BLOCKED 1\n",
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
-    "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
+    "/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */\n",
     "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
@@ -21059,15 +21504,15 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */\n",
+    "/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */\n",
     "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
     "{\n",
     "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
     "}\n",
     "\n",
-    "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
-    "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
-    "   axes makes no difference to where growth ends. */\n",
+    "/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so\n",
+    "   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same\n",
+    "   state in any order. */\n",
     "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -21119,8 +21564,8 @@ static const char *const springls__kernel_lines[] = {
     "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
-    "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
-    "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether\n",
+    "   it has grown. A block is uniform, so one of its voxels stands for it. */\n",
     "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,\n",
     "                                            SPRINGLS__LOCAL float *grown)\n",
     "{\n",
@@ -21155,8 +21600,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
-    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
-    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so\n",
+    "   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
     "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
@@ -21164,8 +21609,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
-    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding\n",
+    "   sphere (center, radius) is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
     "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -21173,18 +21618,20 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;\n",
     "        springls__vmask counts;\n",
     "        at.x = (float)x + springls__vec_from(i);\n",
     "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
     "        counts = (nearest < capture) & (d2 < within * within);\n",
     "        if (!springls__vec_any(counts)) continue;\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
+    "        vote = springls__vec_select(counts, springls__side(plan, at), zero);\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + vote);\n",
     "    }\n",
     "}\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                             SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture_range;\n",
@@ -21243,10 +21690,11 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7151 \"springls.h\"\n",
-    "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
-    "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
-    "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
+    "#line 7437 \"springls.h\"\n",
+    "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
+    "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
+    "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
+    "   it. */\n",
     "\n",
     "#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */\n",
     "\n",
@@ -21257,7 +21705,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }\n",
     "SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }\n",
     "\n",
-    "/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */\n",
+    "/* Returns the place of cube (x, y, z), each from -1 on, among those of a brick. */\n",
     "SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)\n",
@@ -21265,7 +21713,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "}\n",
     "\n",
-    "/* Triangles of a brick before each of its rows of cubes. */\n",
+    "/* Returns the triangles of active brick i before each of its rows of cubes. */\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)\n",
     "{\n",
     "    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
@@ -21274,8 +21722,8 @@ static const char *const springls__kernel_lines[] = {
     "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
     "typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;\n",
     "\n",
-    "/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest\n",
-    "   number. Cubes that begin before the domain belong to the bricks at its border. */\n",
+    "/* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the\n",
+    "   first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */\n",
     "SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)\n",
     "{\n",
     "    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;\n",
@@ -21303,8 +21751,8 @@ static const char *const springls__kernel_lines[] = {
     "    return owner;\n",
     "}\n",
     "\n",
-    "/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some\n",
-    "   of the rest. */\n",
+    "/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in\n",
+    "   other bricks, some of the rest. mask: its case. */\n",
     "SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)\n",
     "{\n",
     "    uint32_t own = 0u;\n",
@@ -21327,7 +21775,7 @@ static const char *const springls__kernel_lines[] = {
     "    return own;\n",
     "}\n",
     "\n",
-    "/* Which voxels of a row of a tile are inside, one bit each. */\n",
+    "/* Returns which voxels of a row of a tile are inside, as bits. */\n",
     "SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)\n",
     "{\n",
     "    uint32_t signs = 0u;\n",
@@ -21336,7 +21784,7 @@ static const char *const springls__kernel_lines[] = {
     "    return signs;\n",
     "}\n",
     "\n",
-    "/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */\n",
+    "/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */\n",
     "SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])\n",
     "{\n",
     "    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;\n",
@@ -21349,7 +21797,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
     "}\n",
     "\n",
-    "/* The case of the cube at x among them. */\n",
+    "/* Returns the case of the cube at x between them. */\n",
     "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
     "{\n",
     "    uint32_t mask = 0u;\n",
@@ -21358,10 +21806,10 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)mask;\n",
     "}\n",
     "\n",
-    "/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */\n",
+    "/* Floats that work items share: a tile, its signs (whole numbers), and counts of the rows of cubes: triangles, vertices. */\n",
     "#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)\n",
     "\n",
-    "/* A row of cubes of active brick i; vertices are counted from the row's begin. */\n",
+    "/* Counts row n of the cubes of active brick i, and fills them in; vertices are counted from the row's begin. */\n",
     "SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,\n",
     "                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)\n",
     "{\n",
@@ -21370,7 +21818,8 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t row[4], triangles = 0u, vertices = 0u, own;\n",
     "    int x;\n",
     "    for (x = 0; x < 9; x++) cubes[x] = 0u;\n",
-    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))\n",
+    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]\n",
+    "        && springls__signs_around(signs, y, z, row))\n",
     "        for (x = range->lo[0]; x <= range->hi[0]; x++) {\n",
     "            int mask = springls__case_between(row, x);\n",
     "            if (springls__mc_count(mask) == 0) continue;\n",
@@ -21383,9 +21832,9 @@ static const char *const springls__kernel_lines[] = {
     "    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
-    "   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */\n",
-    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                     SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__group group = model->group;\n",
     "    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;\n",
@@ -21418,7 +21867,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */\n",
+    "/* Returns the number of a vertex that another cube owns, which numbers its vertices in the order of its triangles. */\n",
     "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
     "{\n",
     "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
@@ -21435,9 +21884,9 @@ static const char *const springls__kernel_lines[] = {
     "    return number;\n",
     "}\n",
     "\n",
-    "/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */\n",
-    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
-    "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
+    "/* Writes the vertices that a cube owns, and its triangles from number `first` on. */\n",
+    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,\n",
+    "                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);\n",
     "    SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;\n",
@@ -21457,8 +21906,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Vertices and triangles of active brick i; job.i[0]: all triangles. */\n",
-    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)\n",
+    "/* Writes vertices and triangles of active brick i. */\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                               SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
@@ -21480,7 +21930,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */\n",
+    "/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
     "    springls__v3 a = model->set.a[springl];\n",
@@ -21488,7 +21938,7 @@ static const char *const springls__kernel_lines[] = {
     "    return fit.ok ? fit.a : a;\n",
     "}\n",
     "\n",
-    "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
+    "/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */\n",
     "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__v3 x = springls__surface_positions(model)[i];\n",
@@ -21498,73 +21948,76 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7407 \"springls.h\"\n",
-    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
-    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
-    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "#line 7696 \"springls.h\"\n",
+    "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
+    "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
+    "   (entry_points.cl) and a row of the test that compares the two. */\n",
     "\n",
-    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
-    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))                      \\\n",
+    "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
-    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                             \\\n",
+    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
     "    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                         \\\n",
-    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                           \\\n",
-    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                               \\\n",
-    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                                    \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \\\n",
+    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \\\n",
+    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \\\n",
+    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \\\n",
     "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
     "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
-    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                                 \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                          \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                           \\\n",
+    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \\\n",
+    "    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \\\n",
     "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
-    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                               \\\n",
-    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                         \\\n",
-    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                              \\\n",
+    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \\\n",
+    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
     "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
     "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
-    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                        \\\n",
-    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                           \\\n",
-    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                                      \\\n",
+    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
+    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
+    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
-    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                       \\\n",
-    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence) | SPRINGLS__ROLE_BIT(vertex_springl))\n",
+    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
+    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
+    "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
-    "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
+    "/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                                 \\\n",
+    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \\\n",
     "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \\\n",
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)      \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
-    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                               \\\n",
+    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                               \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \\\n",
     "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \\\n",
     "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \\\n",
-    "    X(surface_count, 8, SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before) | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles), \\\n",
+    "    X(surface_count, 8,                                                                                                          \\\n",
+    "      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \\\n",
+    "          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \\\n",
     "      SPRINGLS__SURFACE_FLOATS)                                                                                                  \\\n",
     "    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
     "\n",
-    "/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */\n",
+    "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
-    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
-    "   Name, and elements that a core of a processor takes at once. */\n",
+    "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
+    "   elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
     "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \\\n",
     "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \\\n",
@@ -21573,13 +22026,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
     "    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
-    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
+    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \\\n",
+    "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21580 \"springls.h\"\n",
-    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items\n",
-    "   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans\n",
-    "   over chunks, and numbers are sorted within each list. */\n",
+    "#line 22034 \"springls.h\"\n",
+    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
+    "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
+    "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
     "\n",
     "/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */\n",
     "\n",
@@ -21646,7 +22100,8 @@ static const char *const springls__kernel_lines[] = {
     "    __global const uchar *bytes = springls__bytes(model, args.chunk.array);\n",
     "    uint sum = 0;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        if (bytes[k] == args.chunk.value) sum++;\n",
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
@@ -21656,7 +22111,8 @@ static const char *const springls__kernel_lines[] = {
     "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
     "    float largest = 0.0f;\n",
     "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        largest = springls__max(largest, values[k]);\n",
     "    ((__global float *)model->work.sums)[i] = largest;\n",
     "}\n",
     "\n",
@@ -21921,12 +22377,12 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region after the\n",
-    "   other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any order: minima\n",
-    "   and sums of integers.\n",
+    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region\n",
+    "   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any\n",
+    "   order: minima and sums of integers.\n",
     "\n",
-    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of each: a\n",
-    "   smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
+    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of\n",
+    "   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
     "\n",
     "typedef struct springls__regions {\n",
     "    const springls__model *model;\n",
@@ -22106,7 +22562,8 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (root < 0) root = springls__region_root(r->label, label);\n",
     "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2]) + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
+    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2])\n",
+    "                   + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
     "                   + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
@@ -22138,7 +22595,8 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
+    "/* entry_points.cl - the kernels that OpenCL starts: each makes the model of its arguments and does its elements. No maths\n",
+    "   here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
@@ -22150,26 +22608,26 @@ static const char *const springls__kernel_lines[] = {
     "    springls__shape_set(&model, shape);                                                                                          \\\n",
     "    model.params = params;\n",
     "\n",
-    "/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */\n",
+    "/* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */\n",
     "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
     "    {                                                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
     "        model.group = springls__alone();                                                                                         \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                  \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                 \\\n",
     "    }\n",
     "\n",
-    "/* ... or a work group. */\n",
+    "/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */\n",
     "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                                \\\n",
+    "                                         springls__arguments args, int count, int grain)                                        \\\n",
     "    {                                                                                                                            \\\n",
     "        __local float memory[floats];                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
     "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
     "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                          \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
@@ -22392,9 +22850,9 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
         size_t bytes = (size_t)attribute->channels * sizeof(float);
         k = springls_find_attribute(other, attribute->name);
         if (k >= 0 && other->attributes[k].channels == attribute->channels)
-            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
+            memcpy(springls__values_of(attribute, n), springls__values_of(&other->attributes[k], j), bytes);
         else
-            memset(springls__attribute_row(attribute, n), 0, bytes);
+            memset(springls__values_of(attribute, n), 0, bytes);
     }
 }
 
@@ -22430,7 +22888,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + added)));
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], staying + added, count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);

@@ -1,7 +1,7 @@
-/* attributes.c - what springls carry, against the exact answer. A textured ball goes through LeVeque's flow and back; two balls
- * of two colours meet, are one body for a while, and part. At T/2 and T every springl and every vertex of the zero level is
- * taken back to its place at the start by the exact flow, and asked what it should have there. Three ways to have a texture are
- * compared: channels that springls carry, places on the original mesh at which it is looked up (material coordinates), and
+/* attributes.c - compares attributes that springls carry with the exact answer. A textured ball goes through LeVeque's flow
+ * and back; two balls of two colors meet, are one body for a while, and separate. At T/2 and T every springl and every vertex
+ * of the zero level is moved back to its start by the exact flow, which gives the attributes it should have. Three ways to
+ * texture are compared: channels carried by springls, places on the original mesh for look-up (material coordinates), and
  * texture coordinates with a seam. */
 #include "base/json.h"
 #include "base/progress.h"
@@ -20,7 +20,7 @@ enum { TIMES = 3, COLORS = 3 };
 
 /* ---- the flows ---- */
 
-struct meeting { /* both sides of the plane x = middle go towards it, by `amplitude` far from it, and outwards along it; then back */
+struct meeting { /* both sides of the plane x = middle approach it by `amplitude`, spread along it, and return */
     double middle, width, amplitude, period;
 };
 
@@ -44,7 +44,7 @@ static void meeting_velocity(void *user, const float *x, int count, float time, 
     }
 }
 
-/* Both flows are some u(x) cos(pi t / T): back from T/2 they run with -u(x) sin(pi s / T). */
+/* Computes factor * u(x): the flows are u(x) cos(pi t / T), and on the way back from T/2 the factor is -sin(pi s / T). */
 static void exact_velocity(const void *user, const double x[3], double factor, double v[3])
 {
     const struct flow *flow = user;
@@ -58,7 +58,7 @@ static void exact_velocity(const void *user, const double x[3], double factor, d
 
 static double backwards(const void *user, double time) { return -sin(pi * time / ((const struct flow *)user)->period); }
 
-/* ---- the ball that is given: rings and slices, with a seam in its texture coordinates ---- */
+/* ---- the input ball: rings and slices, with a seam in its texture coordinates ---- */
 
 struct textured {
     float *positions, *corner_uv;
@@ -132,11 +132,11 @@ static bool textured_make(struct textured *t, int balls)
     return true;
 }
 
-/* ---- what is carried: a smooth colour and the number of the ball ---- */
+/* ---- carried attributes: a smooth color and the number of the ball ---- */
 
 static void color_at(const struct textured *t, int ball, const double x[3], double out[COLORS])
 {
-    const double scale = 3.0 / (double)t->radius; /* some three waves around the ball */
+    const double scale = 3.0 / (double)t->radius; /* about three waves around the ball */
     for (int c = 0; c < COLORS; ++c) {
         const double y = scale * (x[c] - (double)t->center[ball][c]);
         out[c] = 0.5 + 0.25 * sin(y) + 0.2 * cos(0.7 * scale * (x[(c + 1) % 3] - (double)t->center[ball][(c + 1) % 3]) + c);
@@ -156,7 +156,7 @@ static void uv_at(const struct textured *t, int ball, const double x[3], double 
     uv[1] = acos(fmax(-1.0, fmin(1.0, d[2] / r))) / pi;
 }
 
-/* ---- measured at one time ---- */
+/* ---- measures at one time ---- */
 
 struct error {
     double mean, q95, max;
@@ -204,10 +204,10 @@ static struct error error_of(double *values, int count)
     return e;
 }
 
-/* Where the exact flow says that these points were at the start. */
+/* Moves points back to where the exact flow had them at the start. */
 static void to_start(const struct run *run, double time, double *points, int count)
 {
-    if (time > 0.25 * run->flow->period && time < 0.75 * run->flow->period) { /* T/2; at 0 and T they are there */
+    if (time > 0.25 * run->flow->period && time < 0.75 * run->flow->period) { /* else they are at the start */
         const struct benchmark exact = {.flow = (void *)(uintptr_t)run->flow, .exact_velocity = exact_velocity,
                                         .exact_time_factor = backwards};
         benchmark_flow(&exact, 0.5 * run->flow->period, points, count);
@@ -228,7 +228,7 @@ static const float *row(springls_view view,
                         int i) { return (const float *)(const void *)((const char *)(const void *)view.data
                                                                       + (size_t)i * view.stride); }
 
-/* Springls: the colour they carry, and their label. */
+/* Measures the colors and labels that springls carry. */
 static bool measure_springls(const struct run *run, struct moment *m)
 {
     const springls_view p = springls_view_particles(run->ctx), colors = springls_view_attribute(run->ctx, run->color);
@@ -264,8 +264,8 @@ static bool measure_springls(const struct run *run, struct moment *m)
     return fine;
 }
 
-/* What vertices and corners of the zero level have: colours and labels blended of springls; places, colours and texture
- * coordinates looked up on the mesh that was given. */
+/* Attributes of the vertices and corners of the zero level: colors and labels blended from springls; places, colors and
+ * texture coordinates looked up on the input mesh. */
 struct surface_data {
     springls_mesh mesh;
     springls_material *places, *corners, *naive;
@@ -332,12 +332,12 @@ static bool read_surface_data(const struct run *run, struct surface_data *d)
         || springls_corner_materials(run->ctx, &d->mesh, ball->neighbors, d->corners) != SPRINGLS_OK) {
         return false;
     }
-    for (int i = 0; i < corners; ++i) { /* what one gets without a thought for the seam: every vertex by itself */
+    for (int i = 0; i < corners; ++i) { /* per vertex, which ignores the seam */
         d->naive[i] = d->places[d->mesh.triangles[i]];
     }
     return springls_interpolate_material(d->places, vertices, ball->positions, 3, ball->triangles, given, d->at) == SPRINGLS_OK
            && springls_interpolate_material(d->places, vertices, d->original_colors, COLORS, ball->triangles, given,
-                              d->looked_up) == SPRINGLS_OK
+                                            d->looked_up) == SPRINGLS_OK
            && springls_interpolate_material(d->corners, corners, ball->corner_uv, 2, NULL, given, d->uv) == SPRINGLS_OK
            && springls_interpolate_material(d->naive, corners, ball->corner_uv, 2, NULL, given, d->naive_uv) == SPRINGLS_OK;
 }
@@ -353,7 +353,7 @@ static int count_torn(const float *uv, int triangles)
     return torn;
 }
 
-/* Texture coordinates in the middle of every triangle, as arcs on the ball. */
+/* Measures texture coordinates in the middle of every triangle, as arcs on the ball. */
 static struct error uv_error(const struct run *run, struct surface_data *d, double time)
 {
     const int triangles = d->mesh.triangle_count;
@@ -412,7 +412,7 @@ static void measure_mesh(const struct run *run, struct surface_data *d, struct m
 
 /* ---- pictures ---- */
 
-/* Meridians and parallels, and a line of its own at the seam. */
+/* Draws meridians and parallels, and a line of its own at the seam. */
 static struct color texture_color(void *user, const float uvb[3])
 {
     (void)user;

@@ -1,6 +1,6 @@
-/* csg.c - solids made of solids: union, intersection and difference of two, and one grown, shrunk, smoothed or made over with
- * springls of even size. Solids are mesh files or ready-made shapes; colours of their vertices are carried along and come out
- * with the result. */
+/* csg.c - operations on solids: union, intersection and difference of two, and growing, shrinking, smoothing or remeshing one
+ * with springls of even size. Solids are mesh files or built-in shapes; the colors of their vertices are carried to the
+ * result. */
 #include "base/json.h"
 #include "base/progress.h"
 #include "springls/model_pictures.h"
@@ -46,9 +46,9 @@ struct csg {
 
 static const char *const operations = "union|intersection|difference|offset|smooth|remesh";
 
-/* ---- what is given ---- */
+/* ---- input ---- */
 
-/* "name:1,2,3": `count` numbers after the name; 0: another name, -1: not such numbers. */
+/* Reads "name:1,2,3" with `count` numbers after the name. Returns 1, 0 for another name, -1 for wrong numbers. */
 static int shape_numbers(const char *text, const char *name, int count, double *numbers)
 {
     const size_t length = strlen(name);
@@ -110,11 +110,11 @@ static bool read_solid(struct solid *s)
     return true;
 }
 
-/* A grid of cubes around all solids, with room for the result. */
+/* Makes a grid of cubes around all solids, with a margin for the result. */
 static springls_grid_desc make_grid(struct csg *csg)
 {
     const double grow = strcmp(csg->operation, "offset") == 0 ? fmax(csg->amount, 0.0) : 0.0;
-    const int margin = 5; /* voxels: the band, and some */
+    const int margin = 5; /* voxels: the band and some more */
     springls_grid_desc grid;
     double lower[3], size[3], longest = 0.0;
     memset(&grid, 0, sizeof grid);
@@ -139,7 +139,7 @@ static springls_grid_desc make_grid(struct csg *csg)
 
 /* ---- springls with colours ---- */
 
-/* A vertex's colour of the file; without one all of the first solid are sand, of the second blue. */
+/* Sets each vertex's color from the file; without colors the first solid is sand, the second blue. */
 static bool paint(struct solid *s, int number, int *triangles)
 {
     const int n = springls_count(s->ctx);
@@ -153,7 +153,8 @@ static bool paint(struct solid *s, int number, int *triangles)
     }
     if (fine && s->mesh.colors) {
         fine = springls_springl_materials(s->ctx, places) == SPRINGLS_OK
-               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colors) == SPRINGLS_OK;
+               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colors)
+                      == SPRINGLS_OK;
     }
     fine = fine && springls_add_attribute(s->ctx, &desc, colors, NULL) == SPRINGLS_OK;
     free(colors);
@@ -202,7 +203,7 @@ static springls_status operate(struct csg *csg)
     return springls_remesh(a);
 }
 
-/* ---- what comes out ---- */
+/* ---- output ---- */
 
 static bool extract(springls_context *ctx, springls_mesh *mesh, float **colors)
 {
@@ -242,7 +243,7 @@ static bool draw(const springls_mesh *mesh, const float *colors, const struct ra
     return fine;
 }
 
-/* One camera for all pictures: it sees the corners of the grid's content. */
+/* Computes one camera for all pictures, from the corners of the grid's content. */
 static struct raycast_camera camera_of(const struct csg *csg)
 {
     const float direction[3] = {0.75f, -1.0f, 0.7f}, up[3] = {0.0f, 0.0f, 1.0f};

@@ -1,6 +1,6 @@
-// engine_embed.cpp - springls inside a game loop: the engine's memory, threads, clock and log; a budget of time a frame;
-// only what has changed is uploaded; a brush finds the surface by a ray, a ball rolls on it; undo and rollback by
-// snapshots. Nothing is drawn: the program prints what frames cost. C++17 and the library, nothing else.
+// engine_embed.cpp - springls inside a game loop: the engine's memory, threads, clock and log; a time budget a frame; uploads of
+// changed chunks only; a brush that finds the surface by a ray; a ball that rolls on it; undo and rollback by snapshots. Nothing
+// is drawn: the program prints the times of the frames. It needs C++17 and the library.
 //
 //   engine_embed [--grid 96] [--frames 240] [--threads 2] [--budget 5] [--json FILE|-] [--quiet]
 #define SPRINGLS_STATIC
@@ -25,9 +25,9 @@
 
 namespace engine {
 
-// ---- what an engine has ----
+// ---- the engine ----
 
-// Memory: the platform's, counted. One thread at a time calls it.
+// Counts the platform's memory. Called by one thread at a time.
 struct Heap {
     size_t bytes = 0, peak = 0, calls = 0;
     static void *alloc(size_t size, void *user)
@@ -44,7 +44,7 @@ struct Heap {
     }
 };
 
-// Threads that wait for loops and share out their ranges.
+// A pool of threads that share the ranges of parallel loops.
 class Jobs {
 public:
     explicit Jobs(int threads)
@@ -130,9 +130,9 @@ void log(void *, int level, const char *message)
     std::fprintf(stderr, "engine_embed: %s: %s\n", levels[std::clamp(level, 1, 3) - 1], message);
 }
 
-// ---- what it draws: a mock of a GPU ----
+// ---- a mock of a GPU ----
 
-// A vertex buffer and an index buffer, written once.
+// A vertex buffer and an index buffer that are written once.
 struct Buffers {
     std::vector<float> vertices; // position and normal
     std::vector<uint16_t> indices;
@@ -148,10 +148,10 @@ struct Buffers {
     size_t bytes() const { return vertices.size() * sizeof(float) + indices.size() * sizeof(uint16_t); }
 };
 
-// Which buffers there are to draw, twice: the renderer reads the front table while the other one is brought up to date.
+// Two tables of buffers: the renderer reads the front one while the other one is updated.
 class Mesh {
 public:
-    // To the table behind; returns the bytes that have gone over the bus.
+    // Uploads to the back table; returns the number of bytes.
     size_t upload(const springls_chunk *chunks, int count)
     {
         size_t bytes = 0;
@@ -164,11 +164,11 @@ public:
         put(late, table[1 - front]);
         return bytes;
     }
-    // The next frame draws what has been uploaded.
+    // Swaps the tables, so that the next frame draws what has been uploaded.
     void flip()
     {
         front = 1 - front;
-        put(late, table[1 - front]); // buffers are shared: only the table is written twice
+        put(late, table[1 - front]); // only the table is written twice: buffers are shared
         late.clear();
     }
     size_t bytes() const
@@ -201,9 +201,9 @@ private:
     int front = 0;
 };
 
-// ---- what is played ----
+// ---- the game ----
 
-// The push tool: moves what is within its reach, softly.
+// The push tool: moves everything within its radius, fading towards the rim.
 struct Brush {
     float center[3], radius, velocity[3];
     static void push(void *user, const float *points, int count, float, float *out)
@@ -269,7 +269,7 @@ public:
 
     Report play()
     {
-        refresh(); // all of it, while the level loads
+        refresh(); // upload everything while the level loads
         report.whole_bytes = mesh.bytes();
         for (int frame = 0; frame < options.frames; ++frame) {
             const double begin = now(nullptr);
@@ -286,7 +286,7 @@ public:
         report.peak_bytes = heap.peak;
         return report;
     }
-    // The same surface as one mesh, to compare.
+    // Extracts the same surface as one mesh, to compare.
     size_t mesh_triangles()
     {
         springls_mesh whole;
@@ -300,8 +300,8 @@ private:
     float radius() const { return 0.25f * static_cast<float>(options.grid); }
     [[noreturn]] void fail() const { throw std::string(springls_last_error(model)); }
 
-    // One frame: physics and picking ask the model as it is, the step in progress gets what is left of the budget, and when
-    // it is done what has changed is uploaded. The chunks have a share of the budget of their own.
+    // Runs one frame: physics and picking query the model; the step in progress gets the rest of the budget; when the step is done
+    // the changed chunks are uploaded, within a budget of their own.
     void update(int frame, double until)
     {
         const double share = 0.3 * 1e-3 * options.budget;
@@ -339,7 +339,7 @@ private:
         return bytes;
     }
 
-    // The mouse goes round: a ray finds the place that is pushed. The brush of a step in progress stays where it is.
+    // Moves the mouse on a circle; a ray finds the place to push. The brush of a step in progress does not change.
     void aim(int frame)
     {
         if (springls_step_in_progress(model)) return;
@@ -348,13 +348,13 @@ private:
         const float look[3] = {middle - eye[0], middle - eye[1], middle - eye[2]};
         springls_hit hit;
         if (springls_raycast(model, eye, look, 1, 0, &hit) != SPRINGLS_OK) fail();
-        if (hit.springl < 0) return; // between springls: it stays on the last place
+        if (hit.springl < 0) return; // between springls: keep the last place
         ++report.picks;
         springls_to_voxel(model, hit.point, 1, brush.center);
         for (int k = 0; k < 3; ++k) brush.velocity[k] = look[k] / (2 * radius());
     }
 
-    // A marble falls on the body and rolls off: the distance and its gradient are all that collision needs.
+    // Lets a marble fall on the body and roll off: collision needs only the distance and its gradient.
     void roll()
     {
         const float size = 2, gravity = 0.02f;
@@ -378,7 +378,7 @@ private:
         std::vector<unsigned char> bytes;
     };
 
-    // For undo: what the model is now, every few steps. Blocks are used again.
+    // Saves the model for undo every few steps, reusing memory blocks.
     void remember()
     {
         Moment moment;
@@ -397,7 +397,7 @@ private:
         undo.push_back(std::move(moment));
     }
 
-    // The step in progress, to its end.
+    // Completes the step in progress.
     void finish()
     {
         bool done = false;
@@ -408,7 +408,7 @@ private:
         refresh();
     }
 
-    // Back to the oldest moment that is remembered, and forward again with the same inputs: the same bits.
+    // Restores the oldest snapshot and runs forward with the same inputs, which gives the same bits.
     void rollback()
     {
         if (undo.empty()) return;
@@ -433,14 +433,14 @@ private:
     springls_step_desc step{};
     Brush brush{};
     Mesh mesh;
-    std::vector<Brush> history; // of every step that has been begun
+    std::vector<Brush> history; // brush of every step begun
     std::deque<Moment> undo;
     float marble[3] = {}, fall[3] = {0.03f, 0, 0.05f};
     int frames_of_step = 0;
     Report report;
 };
 
-// ---- what it prints ----
+// ---- output ----
 
 double quantile(std::vector<double> values, double q)
 {

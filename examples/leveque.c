@@ -61,10 +61,11 @@ int main(int argc, char **argv)
     springls_deformation_flow flow = {n, (float)period};
     const double radius = 0.15 * grid;
     const bool papers = strcmp(options.common.params, "paper") == 0;
+    const int usual_steps = papers ? (int)fmax(1.0, floor(period * grid / 0.64 + 0.5)) : 0;
     const struct benchmark benchmark = {.name = "leveque",
                                         .title = "LeVeque's test",
                                         .grid = grid,
-                                        .steps = options.steps > 0 ? options.steps : papers ? (int)fmax(1.0, floor(period * grid / 0.64 + 0.5)) : 0,
+                                        .steps = options.steps > 0 ? options.steps : usual_steps,
                                         .period = period,
                                         .duration = period,
                                         .reverses = true,

@@ -25,10 +25,10 @@ int main(void)
 
     if (springls_create(&desc, &model) != SPRINGLS_OK) return 1;
     springls_set_implicit(model, springls_implicit_sphere, &ball);
-
     for (int i = 0; i <= 100; i++) {
         if (i % 25 == 0 && springls_measure(model, &m) == SPRINGLS_OK)
-            printf("time %.1f: %5d springls, volume %.0f, area %.0f\n", springls_time(model), springls_count(model), m.volume, m.area);
+            printf("time %.1f: %5d springls, volume %.0f, area %.0f\n",
+                   springls_time(model), springls_count(model), m.volume, m.area);
         if (springls_step(model, &step) != SPRINGLS_OK) return puts(springls_last_error(model)), 1;
     }
     springls_destroy(model);

@@ -4,8 +4,9 @@
  *   register fixed.nii.gz moving.nii.gz --fixed-labels a.nii.gz --moving-labels b.nii.gz --json -
  *   register fixed.nii.gz moving.nii.gz --field deformationField.nii.gz --out result     # of another program
  *
- * The field takes points of the fixed image to the moving one, so the moving image, read at the places that the field says,
- * looks like the fixed one. Method: registration/register.h. Files: registration/field.h, with the conventions of ITK and elastix. */
+ * The field maps points of the fixed image to the moving one, so the moving image sampled at the mapped points looks like the
+ * fixed one. See registration/register.h for the method, registration/field.h for the files and the conventions of ITK and
+ * elastix. */
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/vec3.h"
@@ -114,7 +115,8 @@ static int read_command_line(struct run *run, int argc, char **argv)
 
 /* ---- the fields ---- */
 
-/* A root mean square would not say where the inverse fails: mean and largest over the fixed image's voxels that stay inside. */
+/* Measures mean and maximum of the inverse's error over the fixed image's voxels that stay inside both images; a root mean
+ * square would not show where the inverse fails. */
 static void compare_inverse(struct run *run)
 {
     const struct volume *grid = &run->fixed;
@@ -178,7 +180,7 @@ static float normalized(float value, struct register_window window)
     return fmaxf(0.0f, fminf(1.0f, (value - window.low) / (window.high - window.low)));
 }
 
-/* Where the moving image reaches, moved is NaN elsewhere. */
+/* Returns the root mean square difference where the moving image is defined; elsewhere `moved` is NaN. */
 static double rms(const struct run *run, const float *moved, struct register_window fixed, struct register_window moving)
 {
     const size_t total = volume_voxels(&run->fixed);
@@ -259,7 +261,7 @@ static bool compare_points(struct run *run)
     return true;
 }
 
-/* As the registration sees the two: one window if they have one scale. */
+/* Chooses the windows as the registration does: a common one if both images have one scale. */
 static void windows(const struct run *run, struct register_window *fixed, struct register_window *moving)
 {
     *fixed = *moving = (struct register_window){0.0f, 1.0f};
@@ -303,7 +305,7 @@ enum { PICTURES = 6, TILES = 6 };
 
 static bool paint(const struct run *run, float *data, const char *title, float high, struct image *picture)
 {
-    struct volume shown = run->fixed; /* the fixed image's geometry with other voxels; nothing is freed through it */
+    struct volume shown = run->fixed; /* the fixed image's geometry with other voxels, which it does not own */
     const struct slices_view view = {.volume = &shown, .height = 260, .title = title, .window_hi = high,
                                      .center = {shown.dims[0] / 2, shown.dims[1] / 2, shown.dims[2] / 2}};
     shown.data = data;
@@ -311,7 +313,7 @@ static bool paint(const struct run *run, float *data, const char *title, float h
     return slices_render(&view, picture);
 }
 
-/* Left before, right after: a checkerboard of both images, their difference; then fixed image and Jacobian. */
+/* Draws the images before (left) and after (right): checkerboard, difference, fixed image, Jacobian. */
 static bool draw(const struct run *run, const char *path)
 {
     const char *const titles[PICTURES] = {"checkerboard before", "checkerboard after", "difference before", "difference after",

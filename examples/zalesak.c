@@ -25,7 +25,7 @@ static void velocity(const void *user, const double x[3], double factor, double 
     v[2] = 0.0;
 }
 
-/* The sphere less the slot: the sphere's height over the slot's rectangle, by the midpoint rule. */
+/* Computes the sphere's volume minus the slot's: the sphere's height over the slot's rectangle, by the midpoint rule. */
 static double body_volume(double radius, double width, double depth)
 {
     enum { CELLS = 1000 };

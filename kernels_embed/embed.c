@@ -32,7 +32,8 @@ static const char RENAMES_MARKER[] = "/* SPRINGLS__NAMESPACE_RENAMES */";
 static const char *const rooms[] = {
     "kernels_embed/interface", "kernels_embed/language", "kernels_embed/model", "kernels_embed/stages", "kernels_embed/output",
     "kernels_embed/device",
-    "src/interface", "src/runtime", "src/model", "src/stages", "src/solver", "src/lifecycle", "src/input", "src/output", "src/tools"
+    "src/interface", "src/runtime", "src/model", "src/stages", "src/solver", "src/lifecycle", "src/input", "src/output",
+    "src/tools"
 };
 
 /* ---- errors, memory, text ---- */

@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* "a,b" with a < b. */
+/* Reads "a,b" with a < b. */
 static bool read_window(const char *text, double window[2])
 {
     char low[64];
@@ -124,7 +124,7 @@ static int segment_main(int argc, char **argv)
         status = run_options("atlas segment", &set->common, overrides, &run.params);
     }
     if (status == CLI_CONTINUE) {
-        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED; /* one object, as the atlas has it */
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED; /* one object, as in the atlas */
         status = atlas_segment_run(&run) && atlas_segment_output(&run) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
     }
     atlas_segment_free(&run);

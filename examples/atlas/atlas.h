@@ -1,10 +1,11 @@
-/* atlas.h - the pieces of examples/atlas.c: point distribution models made and used by springls (paper, sections 5.6, 5.7).
+/* atlas.h - the parts of the program atlas: point distribution models built with springls and fitted to images (paper,
+ * sections 5.6 and 5.7).
  *
- * Build: subjects are read as surfaces (subject.c); a template's springls are laid on each of them and keep their
- * identity, so that springl i is the same place everywhere (correspond.c); shapes.h makes modes of that
- * (build.c, report.c). The atlas is kept in two files (file.c). Segment: segment.c.
+ * Build: reads subjects as surfaces (subject.c), lays the springls of a template on each of them, where they keep their
+ * identity, so that springl i is the same place on every subject (correspond.c), computes the modes (shapes.h) and reports
+ * (build.c, report.c). An atlas is stored in two files (file.c). Segment: segment.c.
  *
- * What can fail returns false after one line on stderr. Lengths are mm; patients' axes are RAS+. */
+ * A function that can fail returns false after one line on stderr. Lengths are mm; patients' axes are RAS+. */
 #ifndef EXAMPLES_ATLAS_ATLAS_H
 #define EXAMPLES_ATLAS_ATLAS_H
 
@@ -20,49 +21,49 @@ enum { ATLAS_MAX_SUBJECTS = 256, ATLAS_MAX_MODES = 64, ATLAS_MAX_LANDMARKS = 64 
 
 struct atlas {
     struct shape_mesh mean;
-    struct shape_model model; /* model.mean is mean.positions: borrowed */
-    int *regions;             /* label of the region a vertex lies in, 0: none known; never NULL */
-    bool oriented;            /* made of label maps: its axes are the patient's, its place is the first subject's */
-    double voxel;             /* side of the voxels that its springls were made on */
-    double generalization;    /* mean distance of a subject left out from the model of the others; 0: unknown */
+    struct shape_model model; /* model.mean points to mean.positions */
+    int *regions;             /* label of each vertex's region, 0: unknown; never NULL */
+    bool oriented;            /* built from label maps: its axes are the patient's and it lies where the first subject lies */
+    double voxel;             /* side of the voxels of the model that its springls lived on */
+    double generalization;    /* mean distance of a left-out subject from the model of the others; 0: unknown */
     int subjects;
-    /* Intensities along the normals, when images were given: `samples` places a vertex, `spacing` apart, the middle one on
-     * the surface; means and deviations of intensities scaled to mean 0 and deviation 1 over each image. */
+    /* Intensity profiles along the normals, when there were images: `samples` values a vertex, `spacing` mm apart, the middle
+     * one on the surface; mean and deviation over the subjects, after each image was scaled to mean 0 and deviation 1. */
     int samples;
     double spacing;
     float *profiles, *spreads; /* NULL: none */
 };
 
 bool atlas_write(const char *folder, const struct atlas *atlas);
-bool atlas_read(const char *path, struct atlas *atlas); /* the .json file */
+bool atlas_read(const char *path, struct atlas *atlas); /* reads the .json file and the raw file beside it */
 void atlas_free(struct atlas *atlas);
 
 struct atlas_subject {
     const char *name; /* as on the command line */
     struct shape_mesh mesh;
     struct target target;
-    struct volume labels; /* the part with the label; no data when it was a mesh */
-    struct volume image;  /* data: none without --images */
+    struct volume labels; /* cropped to the subject's label; no data when the subject is a mesh */
+    struct volume image;  /* no data without --images */
     bool oriented;
     float *landmarks;       /* 3 each, or NULL */
     int landmark_count;
     struct similarity pose; /* template -> subject */
-    double cost;            /* of the registration: warp_cost */
-    float *shape;           /* the template's vertices on the subject, its own coordinates */
-    double mean_distance, largest_distance; /* of these from the surface */
+    double cost;            /* of the registration, by warp_cost */
+    float *shape;           /* the template's vertices on the subject, in the subject's coordinates */
+    double mean_distance, largest_distance; /* of `shape` from the subject's surface */
     int steps;
 };
 
-/* "FILE" or "FILE:LABEL[+LABEL..]", "mirror:" before it for its mirror image. images: folder with images of the same names,
- * or the image itself, or NULL. landmarks: folder with files NAME.csv of lines x,y,z, where the mesh or label map is called
- * NAME.anything, or NULL. mirror: x -> -x about the middle of the label map, or of the mesh's box. */
+/* Reads a subject: "FILE" or "FILE:LABEL[+LABEL..]", with "mirror:" before it for its mirror image. images: a folder with
+ * images of the same names, or the image itself, or NULL. landmarks: a folder with files NAME.csv of lines x,y,z for a mesh or
+ * label map NAME.anything, or NULL. mirror: reflects x about the middle of the label map or of the mesh's box. */
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
 void atlas_subject_free(struct atlas_subject *subject);
 
-/* The label of a place, mm: of the nearest voxel; 0 outside. */
+/* Returns the label of the voxel nearest to a place in mm, 0 outside. */
 int atlas_label_at(const struct volume *labels, const float place[3]);
 
-/* The springls of a template on a grid about it. */
+/* The springls of a template on a grid around it. */
 struct atlas_template {
     struct shape_mesh mesh;
     float *normals;   /* of its vertices */
@@ -71,19 +72,20 @@ struct atlas_template {
     double voxel;     /* side, mm */
     int cells;        /* voxels along the longest side */
     springls_context *ctx;
-    int *centers, center_count; /* springls that the warps stand on */
+    int *centers, center_count; /* springls at which the warps are centered */
     float *center_points, *center_normals;
-    float *landmarks; /* 3 each, or NULL: places that all subjects have given */
+    float *landmarks; /* 3 each, or NULL: landmarks that every subject has */
     int landmark_count;
 };
 
-/* With `cut`, closed surfaces are cut afresh by the model's own zero level; open ones keep their triangles. cells: voxels
- * along the longest side; 0: 32, or 64 where the zero level would be a voxel off at more than 0.2 % of the surface's vertices. */
+/* Makes the template's model. With `cut`, closed surfaces get new triangles from the model's own zero level; open ones keep
+ * theirs. cells: voxels along the longest side; 0: 32, or 64 where the zero level would miss more than 0.2 % of the surface's
+ * vertices by a voxel or more. */
 bool atlas_template_create(const struct shape_mesh *from, bool open, bool cut, int cells, const springls_params *params,
                            springls_backend *backend, struct atlas_template *template);
 void atlas_template_free(struct atlas_template *template);
 
-/* Lays the template's springls on the subject: subject->pose, shape, distances. */
+/* Lays the template's springls on the subject and fills in subject->pose, shape and distances. */
 bool atlas_correspond(struct atlas_template *template, struct atlas_subject *subject, enum orientation orientation);
 
 /* atlas build */
@@ -96,12 +98,12 @@ struct atlas_build_settings {
     bool keep_scale, mirror;
 };
 
-/* How far true corresponding points are from where the correspondences take them. */
+/* Errors of the correspondences where the true ones are known, mm. */
 struct atlas_truth {
-    bool known;                         /* all subjects are meshes of the same triangles */
-    double mean, deviation, p95, worst; /* model -> subject */
-    double between_mean, between_p95;   /* subject -> subject, all ordered pairs */
-    double rigid_mean;                  /* without the springls: nearest places after the alignment */
+    bool known;                         /* all subjects are meshes with the same triangles */
+    double mean, deviation, p95, worst; /* from the model to each subject */
+    double between_mean, between_p95;   /* between two subjects, over all ordered pairs */
+    double rigid_mean;                  /* without springls: nearest places after the rigid alignment */
 };
 
 struct atlas_build {
@@ -120,40 +122,40 @@ struct atlas_build {
 bool atlas_build_run(struct atlas_build *build);
 bool atlas_build_output(const struct atlas_build *build);
 void atlas_build_free(struct atlas_build *build);
-/* truth.c. Are all subjects meshes of the same triangles, so that vertex k is the same place on each? */
+/* Returns true if all subjects are meshes with the same triangles, so that vertex k is the same place on each (truth.c). */
 bool atlas_same_triangles(const struct atlas_build *build);
 bool atlas_truth_measure(struct atlas_build *build);
 
 /* ---- intensities: image.c ---- */
 
-/* What of the image lies inside: by a window of intensities, or by the atlas's own profiles. */
+/* Which intensities belong to the inside: those of a window, or those of the atlas's own profiles. */
 struct atlas_view {
     const struct volume *image;
     const struct atlas *atlas;
-    bool learned;             /* by profiles; else by the window */
-    float low, high, ramp;    /* of the window: 1 where the intensity is inside by more than `ramp`, -1 outside */
-    float mean, deviation;    /* of the image's intensities: profiles are compared after scaling these to 0 and 1 */
+    bool learned;             /* use profiles; else the window */
+    float low, high, ramp;    /* the window: 1 where the intensity is inside by more than `ramp`, -1 outside */
+    float mean, deviation;    /* of the image's intensities, by which profiles are scaled to mean 0 and deviation 1 */
 };
 
-enum { ATLAS_PROFILE_SAMPLES = 9 }; /* a profile: the surface in the middle */
+enum { ATLAS_PROFILE_SAMPLES = 9 }; /* values of a profile, the surface in the middle */
 
 float atlas_intensity(const struct volume *image, const float place[3]); /* trilinear, mm; constant beyond the image */
 
-/* Mean and deviation of an image's intensities, without the lowest and highest 0.5 %. */
+/* Computes mean and deviation of an image's intensities without the lowest and the highest 0.5 %. */
 void atlas_contrast(const struct volume *image, float *mean, float *deviation);
 
-/* Mean profiles and their deviations, of the subjects' images at their shapes. */
+/* Learns mean profiles and their deviations from the subjects' images. */
 bool atlas_learn(struct atlas_build *build);
 
-/* -1 .. 1: is the intensity at a place, `along` mm outward of the surface at vertex v, that of the inside? */
+/* Rates an intensity at vertex v of the surface from -1 (outside) to 1 (inside). */
 float atlas_inside(const struct atlas_view *view, int v, float intensity);
 
-/* How badly the image fits a surface with vertex v at `place`, shifted by `shifts` places (`spacing` mm apart) inward to
- * as many outward: costs, 2 shifts + 1 of them; the least one is best. Windows: -1 .. 1. */
+/* Computes how badly the image fits a surface whose vertex v lies at `place`, for the places shifted along the normal by
+ * -shifts .. shifts times `spacing` mm: 2 shifts + 1 costs, the smallest is the best. With a window costs are -1 .. 1. */
 void atlas_shift_costs(const struct atlas_view *view, int v, const float place[3], const float normal[3], float spacing,
                        int shifts, float *costs);
 
-/* Mean cost of the mean shape's vertices (at most ATLAS_MAX_FEW) as they lie in a pose. */
+/* Returns the mean cost of a few vertices of the mean shape (at most ATLAS_MAX_FEW) in a pose. */
 enum { ATLAS_MAX_FEW = 200 };
 double atlas_surface_cost(const struct atlas_view *view, const struct similarity *pose, const int *vertices, int count,
                           const float *normals, float spacing);
@@ -167,9 +169,9 @@ struct atlas_placing {
     float *shape; /* the atlas's vertices in the image, mm */
 };
 
-/* Rotation, translation and scale from a coarse search over the image. */
+/* Searches the image coarsely for rotation, translation and scale. */
 bool atlas_place_start(const struct atlas_view *view, struct atlas_placing *placing);
-/* Pose, and the first `modes` weights in increasing order, by the best shifts of the vertices along their normals. */
+/* Refines the pose and the first `modes` weights, in increasing order, by the best shifts of the vertices along their normals. */
 bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_placing *placing);
 
 /* ---- atlas segment ---- */
@@ -202,27 +204,27 @@ struct atlas_segment {
     springls_context *ctx;
     struct shape_mesh stages[ATLAS_STAGES], truth;
     struct atlas_stage results[ATLAS_STAGES];
-    struct atlas_stage without; /* another program's segmentation of the same image; name NULL: none */
+    struct atlas_stage without; /* another program's result for the same image; name NULL: none */
     int *regions; /* of the result's vertices, by their correspondences */
     int steps, springls;
     bool at_rest;
     double seconds;
 };
 
-/* file.c. The report.json of build/segment: what one has without an atlas. */
+/* Reads the report.json of build/segment, the result without an atlas (file.c). */
 bool atlas_read_without(const char *path, struct atlas_stage *without);
 bool atlas_segment_run(struct atlas_segment *run);
 bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct volume *grid, uint8_t *mask); /* 1 inside */
 bool atlas_segment_output(const struct atlas_segment *run);
 void atlas_segment_free(struct atlas_segment *run);
 
-/* Surface of the labels (count = 0: all but 0) of a label map. all: the map, cropped to them. */
+/* Extracts the surface of some labels of a label map (count = 0: all but 0). all: receives the map, cropped to them. */
 bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
                          struct shape_mesh *mesh);
-int atlas_read_labels(const char *text, int *labels); /* "K[+K..]": how many, or -1 */
+int atlas_read_labels(const char *text, int *labels); /* reads "K[+K..]"; returns how many, or -1 */
 enum { ATLAS_MAX_LABELS = 64 };
 
-/* One line on stderr; false, so that callers can return it. */
+/* Prints one line on stderr and returns false. */
 bool atlas_fail(const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 1, 2)))

@@ -1,4 +1,4 @@
-/* build.c - from subjects to a point distribution model, for atlas.h. */
+/* build.c - from subjects to a point distribution model. */
 #include "atlas/atlas.h"
 
 #include "base/progress.h"
@@ -36,7 +36,8 @@ static bool read_subjects(struct atlas_build *build)
     return true;
 }
 
-/* Of meshes of the same triangles some vertices, far from each other, are told: they stand for marks set by hand. */
+/* Chooses vertices that are far from each other as landmarks, on meshes with the same triangles: they stand for marks set by
+ * hand. */
 static bool choose_landmarks(struct atlas_build *build, int wanted)
 {
     int chosen[ATLAS_MAX_LANDMARKS];
@@ -59,7 +60,7 @@ static bool choose_landmarks(struct atlas_build *build, int wanted)
     return true;
 }
 
-/* By landmarks where there are some; the patient's axes where label maps tell them; else it has to be found. */
+/* Chooses how orientations are found: by landmarks, by the patient's axes of label maps, else by a search. */
 static enum orientation choose_orientation(const struct atlas_build *build)
 {
     const char *said = build->settings.orientation;
@@ -67,7 +68,7 @@ static enum orientation choose_orientation(const struct atlas_build *build)
     return build->subjects[0].landmark_count > 0 ? ORIENTATION_MARKED : known ? ORIENTATION_KNOWN : ORIENTATION_SEARCH;
 }
 
-/* The template's springls on every subject. */
+/* Lays the template's springls on every subject. */
 static bool correspond(struct atlas_build *build, int round, struct progress *bar)
 {
     const struct atlas_build_settings *set = &build->settings;
@@ -81,7 +82,7 @@ static bool correspond(struct atlas_build *build, int round, struct progress *ba
     return true;
 }
 
-/* Where the template has the landmarks: in the first round it is the first subject, later the mean of the aligned shapes. */
+/* Places the template's landmarks: on the first subject in the first round, later at the mean of the aligned shapes. */
 static bool place_landmarks(struct atlas_build *build, int round)
 {
     const int count = build->subjects[0].landmark_count, subjects = round > 0 ? build->settings.count : 1;
@@ -106,7 +107,7 @@ static bool place_landmarks(struct atlas_build *build, int round)
     return true;
 }
 
-/* Shapes aligned, and their mean. */
+/* Aligns the shapes and computes their mean. */
 static bool align(struct atlas_build *build, float *mean)
 {
     const size_t vertices = (size_t)build->template.mesh.vertex_count;
@@ -139,7 +140,7 @@ static bool make_correspondences(struct atlas_build *build)
         atlas_mesh_free(mean);
         good = good && atlas_mesh_copy(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, mean)
             && align(build, mean->positions);
-        if (good && round + 1 < rounds) { /* again, from the mean shape */
+        if (good && round + 1 < rounds) { /* the next round starts from the mean shape */
             const int cells = build->template.cells;
             atlas_template_free(&build->template);
             good = atlas_template_create(mean, first->target.open, false, cells, &build->params, build->backend,
@@ -150,7 +151,7 @@ static bool make_correspondences(struct atlas_build *build)
     return good;
 }
 
-/* The label that most subjects have half a voxel inside a vertex. */
+/* Gives each vertex the label that most subjects have half a voxel inside it. */
 static bool vote_regions(struct atlas_build *build)
 {
     struct atlas *atlas = &build->atlas;

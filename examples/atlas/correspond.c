@@ -1,12 +1,11 @@
-/* correspond.c - a template's springls are laid on a subject: springl i of the template is springl i there.
+/* correspond.c - lays a template's springls on a subject: springl i of the template becomes springl i of the subject.
  *
- * 1. pose: rotation, translation and scale (surface_register).
- * 2. Springls move like a mesh (SPRINGLS_MODE_ADVECT_ONLY). What pushes them is the subject's signed distance at the place where
- *    each is now; smoothness makes one displacement of it (warp_fit), which comes to springls as an affine map A(p, a): a, the
- *    correspondence, says where on the template a springl was, hence which displacement is its own (eq. 1, section 4.2).
- * 3. Algorithm 2 with one_to_one, pressure = minus the signed distance: springls and level set settle on the surface. The
- *    surface being where the warp could bring it, this is a matter of less than a voxel. Open surfaces have no level set and
- *    end with 2. */
+ * 1. Finds the pose: rotation, translation and scale (surface_register).
+ * 2. Moves the springls like a mesh (SPRINGLS_MODE_ADVECT_ONLY). Each is pulled along the subject's signed distance; warp_fit
+ *    makes one smooth displacement of these pulls and passes it to the springls as an affine map A(p, a). The correspondence a
+ *    is where the springl was on the template, and so selects its displacement (eq. 1, section 4.2).
+ * 3. Runs Algorithm 2 with one_to_one and pressure = minus the signed distance: springls and level set come to rest on the
+ *    surface, less than a voxel away. Open surfaces have no level set and end with step 2. */
 #include "atlas/atlas.h"
 
 #include "base/vec3.h"
@@ -34,7 +33,8 @@ static void bounds(const struct shape_mesh *mesh, float lo[3], float hi[3])
     }
 }
 
-/* A grid of `cells` voxels along the longest side of the mesh, and half of that more on every side: subjects differ. */
+/* Makes a grid with `cells` voxels along the longest side of the mesh and half as many again on every side, since subjects
+ * differ. */
 static bool create_model(const struct shape_mesh *mesh, int cells, const springls_params *params, springls_backend *backend,
                          double *voxel, springls_context **ctx) {
     float lo[3], hi[3];
@@ -87,7 +87,8 @@ static bool choose_centers(struct atlas_template *template)
     return true;
 }
 
-/* The zero level of a model of the mesh; lost: the share of the mesh's vertices that are a voxel or more from it. */
+/* Extracts the zero level of a model of the mesh. lost: the share of the mesh's vertices that are a voxel or more away from
+ * it. */
 static bool cut_surface(const struct shape_mesh *from, struct atlas_template *template, float *lost)
 {
     const struct similarity identity = similarity_identity();
@@ -127,7 +128,7 @@ bool atlas_template_create(const struct shape_mesh *from, bool open, bool cut, i
     template->open = open;
     const bool given = cells > 0;
     for (cells = given ? cells : CELLS; good && lost > 0.002f;
-         cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
+         cells *= 2) { /* finer until almost nothing is lost, such as thin plates */
         springls_destroy(template->ctx);
         atlas_mesh_free(&template->mesh);
         template->ctx = NULL;
@@ -187,7 +188,7 @@ static void multiply(const float a[9], const float b[9], float out[9])
     }
 }
 
-/* False: singular. */
+/* Inverts a 3x3 matrix; returns false if it is singular. */
 static bool invert(const float m[9], float out[9])
 {
     float *r = out;
@@ -203,8 +204,8 @@ static bool invert(const float m[9], float out[9])
     return fabsf(det) > 1e-6f;
 }
 
-/* A springl that came from a goes from before(a) to after(a), and its triangle as the derivatives say: x moves by
- * (M - 1) x + after(a) - M p with M = after' before'^-1. */
+/* Moves a springl with correspondence a from before(a) to after(a), and its triangle by the derivatives: x moves by (M - 1) x
+ * + after(a) - M p with M = after' before'^-1. */
 static void displace(void *user, const float *points, const float *correspondences, int count, float time, float *out)
 {
     const struct motion *f = user;
@@ -229,7 +230,7 @@ static void displace(void *user, const float *points, const float *correspondenc
     }
 }
 
-/* Towards the subject's surface, at most a voxel a unit of time. */
+/* Pushes towards the subject's surface, at most one voxel in a unit of time. */
 static void press(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
     const struct motion *f = user;
@@ -244,14 +245,14 @@ static void press(void *user, const float *points, const float *normals, int cou
     }
 }
 
-/* ---- the way ---- */
+/* ---- moving ---- */
 
 static const float *item(springls_view view, int index)
 {
     return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
 }
 
-/* Where the warps' centres are now, and the normals of their springls. */
+/* Collects the present places of the warps' centers and the normals of their springls. */
 static void look_at_centers(const struct atlas_template *template, float *now, float *normals)
 {
     const springls_view particles = springls_view_particles(template->ctx), vertices = springls_view_vertices(template->ctx);
@@ -293,7 +294,7 @@ static bool run_to_rest(struct atlas_template *template, struct motion *motion, 
     return good;
 }
 
-/* The mesh's vertices: each the mean of the corners that springls have there. */
+/* Sets each vertex of the mesh to the mean of the corners that springls have there. */
 static bool weld(const struct atlas_template *template, float *positions)
 {
     const struct shape_mesh *mesh = &template->mesh;
@@ -319,7 +320,7 @@ static bool weld(const struct atlas_template *template, float *positions)
     return true;
 }
 
-/* Does triangle t of the mesh hang at springl t? The library says that every triangle becomes one. */
+/* Sets the model from the template and checks that triangle t of the mesh became springl t. */
 static bool set_template(struct atlas_template *template)
 {
     const struct shape_mesh *mesh = &template->mesh;
@@ -350,10 +351,10 @@ static void measure(const struct atlas_template *template, struct atlas_subject 
 
 bool atlas_correspond(struct atlas_template *template, struct atlas_subject *subject, enum orientation orientation)
 {
-    const struct fit_source source = {template->center_points, template->center_normals, template->landmarks, template->center_count,
-                              template->landmark_count, template->size};
+    const struct fit_source source = {template->center_points, template->center_normals, template->landmarks,
+                                      template->center_count, template->landmark_count, template->size};
     struct motion motion = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
-                      .landmarks = subject->landmarks, .voxel = (float)template->voxel};
+                            .landmarks = subject->landmarks, .voxel = (float)template->voxel};
     const size_t vertices = (size_t)template->mesh.vertex_count;
     free(subject->shape);
     subject->shape = malloc(3 * vertices * sizeof *subject->shape);

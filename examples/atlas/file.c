@@ -1,7 +1,7 @@
-/* file.c - an atlas on disk: atlas.json says what it holds, atlas.raw holds the numbers (docs/atlas.md).
+/* file.c - an atlas on disk: atlas.json describes it, atlas.raw holds the numbers (docs/atlas.md).
  *
- * The raw file is a sequence of arrays of 4-byte little-endian words, float32 or int32, in the order and with the lengths
- * that the header lists; nothing else is in it. */
+ * The raw file is a sequence of arrays of 4-byte little-endian words, float32 or int32, in the order and with the lengths that
+ * the header lists, and nothing else. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "atlas/atlas.h"
@@ -50,7 +50,7 @@ static void swap_words(unsigned char *words, size_t count)
     const uint32_t one = 1;
     unsigned char first;
     memcpy(&first, &one, 1);
-    for (size_t i = 0; first == 0 && i < count; ++i) { /* this machine's words are big-endian */
+    for (size_t i = 0; first == 0 && i < count; ++i) { /* this machine is big-endian */
         unsigned char *w = words + 4 * i, a = w[0], b = w[1];
         w[0] = w[3];
         w[1] = w[2];
@@ -141,7 +141,7 @@ static bool whole(const cJSON *header, const char *key, int minimum, int maximum
     return good;
 }
 
-/* Sizes and scalars. NULL, or what is wrong. */
+/* Reads sizes and scalars. Returns NULL, or what is wrong. */
 static const char *read_scalars(const cJSON *header, struct atlas *atlas)
 {
     const cJSON *deviations = cJSON_GetObjectItemCaseSensitive(header, "deviations_mm");
@@ -194,7 +194,7 @@ static const char *check_values(const struct raw_array *array, int vertices)
     return NULL;
 }
 
-/* Sizes are compared with the file's before memory is asked for. NULL, or what is wrong. */
+/* Reads the raw file after comparing its size with the header's sizes. Returns NULL, or what is wrong. */
 static const char *read_raw(FILE *file, struct atlas *atlas)
 {
     struct raw_array arrays[MAX_ARRAYS];
@@ -225,17 +225,17 @@ static const char *read_raw(FILE *file, struct atlas *atlas)
     return NULL;
 }
 
-/* The whole text, which is short; NULL: it is not, or cannot be read. From malloc. */
+/* Reads a whole short text file into memory from malloc. Returns NULL if it is long or cannot be read. */
 static char *read_text(const char *path)
 {
-    enum { MOST = 1 << 20 };
+    enum { MAX_BYTES = 1 << 20 };
     FILE *file = fopen(path, "rb");
-    char *text = malloc(MOST);
-    const size_t length = file && text ? fread(text, 1, MOST, file) : 0;
+    char *text = malloc(MAX_BYTES);
+    const size_t length = file && text ? fread(text, 1, MAX_BYTES, file) : 0;
     if (file) {
         fclose(file);
     }
-    if (length == 0 || length == MOST) {
+    if (length == 0 || length == MAX_BYTES) {
         free(text);
         return NULL;
     }
@@ -243,7 +243,7 @@ static char *read_text(const char *path)
     return text;
 }
 
-/* The header; raw: the path of the file beside it. NULL, or what is wrong. */
+/* Reads the header. raw: receives the path of the raw file beside it. Returns NULL, or what is wrong. */
 static const char *read_header(const char *path, struct atlas *atlas, char *raw, size_t size)
 {
     char *text = read_text(path);
@@ -285,7 +285,7 @@ bool atlas_read(const char *path, struct atlas *atlas)
 
 void atlas_free(struct atlas *atlas)
 {
-    if (atlas->model.mean == atlas->mean.positions) { /* borrowed */
+    if (atlas->model.mean == atlas->mean.positions) { /* points to mean.positions */
         atlas->model.mean = NULL;
     }
     shape_model_free(&atlas->model);

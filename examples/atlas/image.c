@@ -1,4 +1,4 @@
-/* image.c - what an atlas knows of intensities, for atlas.h. */
+/* image.c - intensity profiles of an atlas. */
 #include "atlas/atlas.h"
 
 #include "base/vec3.h"
@@ -10,7 +10,7 @@
 
 enum { MIDDLE = ATLAS_PROFILE_SAMPLES / 2, MAX_SHIFTS = 16 };
 
-/* Profiles are trusted no more than this, however alike they were: a fraction of the contrast. */
+/* Smallest deviation of a profile, as a fraction of the contrast: few subjects can agree by chance. */
 static const float min_spread = 0.25f;
 
 float atlas_intensity(const struct volume *image, const float place[3])
@@ -38,7 +38,7 @@ float atlas_intensity(const struct volume *image, const float place[3])
     return sum;
 }
 
-/* `count` intensities on the normal's line, `spacing` apart, the middle one at `place`. */
+/* Samples `count` intensities along the normal, `spacing` mm apart, the middle one at `place`. */
 static void sample_line(const struct volume *image, const float place[3], const float normal[3], float spacing, int count,
                         float *values) {
     for (int i = 0; i < count; ++i) {
@@ -65,7 +65,7 @@ void atlas_contrast(const struct volume *image, float *mean, float *deviation)
 
 /* ---- learning ---- */
 
-/* The subject's profiles, scaled to mean 0 and deviation 1. */
+/* Samples a subject's profiles, scaled to mean 0 and deviation 1. */
 static void subject_profiles(const struct atlas_build *build, const struct atlas_subject *subject, float *normals,
                              float *profiles) {
     const struct atlas *atlas = &build->atlas;
@@ -113,7 +113,7 @@ bool atlas_learn(struct atlas_build *build)
     return good;
 }
 
-/* ---- looking ---- */
+/* ---- matching ---- */
 
 static float by_window(const struct atlas_view *view, float intensity)
 {
@@ -125,7 +125,7 @@ float atlas_inside(const struct atlas_view *view, int v, float intensity)
     if (!view->learned) {
         return by_window(view, intensity);
     }
-    /* Nearer to what lies just inside the vertex, or to what lies just outside? Where these are alike, neither. */
+    /* Rates the intensity by which is nearer: the profile just inside the vertex or just outside; 0 where these are alike. */
     const float *profile = view->atlas->profiles + (size_t)v * ATLAS_PROFILE_SAMPLES;
     const float *spread = view->atlas->spreads + (size_t)v * ATLAS_PROFILE_SAMPLES;
     const float in = 0.5f * (profile[MIDDLE - 2] + profile[MIDDLE - 1]), out = 0.5f * (profile[MIDDLE + 1] + profile[MIDDLE + 2]);
@@ -134,8 +134,8 @@ float atlas_inside(const struct atlas_view *view, int v, float intensity)
     return fmaxf(-1.0f, fminf(1.0f, (value - 0.5f * (in + out)) * (in - out) / (width * width)));
 }
 
-/* Of one profile, `line` in its middle 2 MIDDLE + 1 values: how far from the mean profile, in its deviations; or, by windows,
- * whether inside is inside and outside outside. */
+/* Returns the distance of the middle 2 MIDDLE + 1 values of `line` from the mean profile, in its deviations; for a window, how
+ * badly inside and outside agree with it. */
 static float profile_cost(const struct atlas_view *view, int v, const float *line)
 {
     const float *profile = view->learned ? view->atlas->profiles + (size_t)v * ATLAS_PROFILE_SAMPLES : NULL;
@@ -152,7 +152,7 @@ static float profile_cost(const struct atlas_view *view, int v, const float *lin
     return cost;
 }
 
-/* Raw intensities to what profile_cost compares. */
+/* Scales raw intensities to the values that profile_cost compares. */
 static void normalize_line(const struct atlas_view *view, int count, float *line)
 {
     for (int i = 0; i < count; ++i) {
@@ -185,7 +185,7 @@ double atlas_surface_cost(const struct atlas_view *view, const struct similarity
             normal[r] = (float)(row[0] * (double)n[0] + row[1] * (double)n[1] + row[2] * (double)n[2]);
         }
         atlas_shift_costs(view, vertices[i], place, normal, spacing, 0, &one);
-        cost += fmin((double)one, 9.0) / count; /* far from the profile is far: how far does not matter */
+        cost += fmin((double)one, 9.0) / count; /* beyond 3 deviations the distance does not matter */
     }
     return cost;
 }

@@ -1,7 +1,7 @@
-/* place.c - an atlas is laid on an image: by a coarse search, then as an active shape model (Cootes et al. 1995).
+/* place.c - fits an atlas to an image: by a coarse search, then as an active shape model (Cootes et al. 1995).
  *
- * In every round each vertex looks along its normal for the shift that fits the image best; the pose, and then the mode
- * weights, follow these places in the sense of least squares. Rounds begin with long looks and end with short ones. */
+ * In every round each vertex searches along its normal for the shift that fits the image best; then the pose and the mode
+ * weights are fitted to these places by least squares. The search distance falls from round to round. */
 #include "atlas/atlas.h"
 
 #include "base/vec3.h"
@@ -12,13 +12,13 @@
 
 enum { LOOKS = 3, ROUNDS = 12, SCALES = 3, FEW = 150, CANDIDATES = 16, ORIENTATIONS = 60 };
 
-/* Places looked at to either side, and how far apart they are in voxels of the image. */
+/* Shifts tried on either side of a vertex, and the distance between them in voxels of the image. */
 static const int look_shifts[LOOKS] = {10, 6, 4};
 static const float look_spacing[LOOKS] = {2.0f, 1.0f, 0.5f}, max_weight = 3.0f;
 
 static float finest(const struct volume *image) { return fminf(image->spacing[0], fminf(image->spacing[1], image->spacing[2])); }
 
-/* Profiles have been learned at their own spacing; windows know none. */
+/* Returns the distance between samples in mm: profiles have the one they were learned at, windows use voxels of the image. */
 static float spacing_of(const struct atlas_view *view, int look)
 {
     return view->learned ? (float)view->atlas->spacing : look_spacing[look] * finest(view->image);
@@ -32,7 +32,7 @@ static void make_shape(const struct atlas *atlas, struct atlas_placing *placing)
 
 /* ---- rounds ---- */
 
-/* Where each vertex would like to be, and how sure that is. */
+/* Finds each vertex's best place along its normal, and how certain it is. */
 static void look(const struct atlas_view *view, int which, const float *shape, const float *normals, float *places, double *sure)
 {
     const int vertices = view->atlas->mean.vertex_count, shifts = look_shifts[which];
@@ -44,20 +44,20 @@ static void look(const struct atlas_view *view, int which, const float *shape, c
         float costs[64];
         int best = shifts;
         atlas_shift_costs(view, v, shape + 3 * v, normals + 3 * v, spacing, shifts, costs);
-        for (int s = 0; s <= 2 * shifts; ++s) { /* equal costs: the nearer one */
+        for (int s = 0; s <= 2 * shifts; ++s) { /* the nearer one of equal costs */
             const bool nearer = abs(s - shifts) < abs(best - shifts);
             best = costs[s] < costs[best] || (costs[s] <= costs[best] && nearer) ? s : best;
         }
         vec3_add_scaled(shape + 3 * v, spacing * (float)(best - shifts), normals + 3 * v, places + 3 * v);
         const double cost = (double)costs[best];
         sure[v] = view->learned ? 1.0 / (1.0 + cost) : fmax(0.0, -cost);
-        if (best == 0 || best == 2 * shifts) { /* the best may lie beyond what was seen */
+        if (best == 0 || best == 2 * shifts) { /* the best place may lie beyond the last shift */
             sure[v] *= 0.1;
         }
     }
 }
 
-/* Weights of the first modes that bring the shape nearest to the places, which are in the model's coordinates. */
+/* Fits weights of the first modes to the places, which are in the model's coordinates. */
 static void fit_weights(const struct atlas *atlas, const float *places, const double *sure, int modes, double *weights)
 {
     const size_t vertices = (size_t)atlas->mean.vertex_count;
@@ -65,7 +65,7 @@ static void fit_weights(const struct atlas *atlas, const float *places, const do
     for (size_t v = 0; v < vertices; ++v) {
         total += sure[v];
     }
-    for (int m = 0; m < modes; ++m) { /* in increasing order: each takes what the ones before have left */
+    for (int m = 0; m < modes; ++m) { /* in increasing order: each mode fits what the modes before it have left */
         const float *mode = atlas->model.mode + 3 * vertices * (size_t)m;
         double along = 0.0, square = 0.0;
         for (size_t v = 0; v < vertices; ++v) {
@@ -78,7 +78,8 @@ static void fit_weights(const struct atlas *atlas, const float *places, const do
                 square += sure[v] * (double)mode[k] * (double)mode[k];
             }
         }
-        /* A weight as improbable as its square; what a vertex sees is uncertain by about a voxel of the atlas. */
+        /* Regularises: a weight is as improbable as its square, and a vertex's place is uncertain by about a voxel of the
+         * atlas. */
         const double noise = atlas->voxel * atlas->voxel * total / (double)vertices;
         const double deviation = atlas->model.deviation[m];
         weights[m] = square > 0.0 ? along / (square + noise / (deviation * deviation)) / deviation : 0.0;
@@ -132,7 +133,7 @@ bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_p
 struct candidate {
     struct similarity pose;
     double cost;
-    int cell; /* decides between equal costs, for any number of threads */
+    int cell; /* breaks ties between equal costs in the same way for any number of threads */
 };
 
 static void add_candidate(struct candidate *best, int *count, const struct candidate *fresh)
@@ -149,8 +150,8 @@ static void add_candidate(struct candidate *best, int *count, const struct candi
     }
 }
 
-/* All translations through the image a quarter of the atlas's size apart, in three sizes; patients lie as they do, other
- * things turn any way. */
+/* Tries all translations a quarter of the atlas's size apart, in three sizes; an atlas from label maps only in the patient's
+ * orientation, others in many rotations. */
 static int search(const struct atlas_view *view, const int *few, int count, const float *normals, struct candidate *best)
 {
     static const double scales[SCALES] = {1.0, 0.87, 1.15};
@@ -215,13 +216,13 @@ bool atlas_place_start(const struct atlas_view *view, struct atlas_placing *plac
     double minimum = INFINITY;
     struct similarity pose = similarity_identity();
     bool good = true;
-    for (int c = 0; good && c < found; ++c) { /* the best after a first adjustment of the pose */
+    for (int c = 0; good && c < found; ++c) { /* choose by the cost after a first adjustment of the pose */
         placing->pose = best[c].pose;
         good = refine(view, 0, 0, placing);
         const double cost = good ? atlas_surface_cost(view, &placing->pose, few, count, normals, spacing_of(view, 1)) : INFINITY;
         if (cost < minimum) {
             minimum = cost;
-            pose = best[c].pose; /* unadjusted: what the search found */
+            pose = best[c].pose; /* the pose before that adjustment */
         }
     }
     placing->pose = pose;

@@ -1,4 +1,4 @@
-/* report.c - what `atlas build` writes and says. */
+/* report.c - output of `atlas build`. */
 #include "atlas/atlas.h"
 
 #include "base/json.h"
@@ -15,7 +15,7 @@
 
 enum { DRAWN_MODES = 3, DRAWN_SUBJECTS = 8 };
 
-/* Of all subjects: mean distance of the model's vertices from the subject's surface. */
+/* Returns the mean distance of the model's vertices from the subjects' surfaces. */
 static double mean_distance(const struct atlas_build *build)
 {
     double sum = 0.0;
@@ -130,7 +130,7 @@ static bool write_mesh(const char *folder, const char *name, const struct shape_
     return mesh_write_ply(path, &ply, error) || atlas_fail("%s", error);
 }
 
-/* Rows of mean - 2 deviations, mean, mean + 2 deviations, coloured by how far out or in that is (paper, Fig. 20). */
+/* Draws rows of mean - 2 deviations, mean, mean + 2 deviations, colored by the outward displacement (paper, Fig. 20). */
 static bool draw_modes(const struct atlas_build *build, const char *folder)
 {
     const struct atlas *atlas = &build->atlas;
@@ -164,7 +164,7 @@ static bool draw_modes(const struct atlas_build *build, const char *folder)
     return good && (modes == 0 || pictures_write(pictures, list, 3 * modes, 3, path) || atlas_fail("%s: cannot draw it", path));
 }
 
-/* Subjects, one colour a place on the mean shape: what has the same colour corresponds. */
+/* Draws subjects with one color for each place of the mean shape: equal colors correspond. */
 static bool draw_subjects(const struct atlas_build *build, const char *folder)
 {
     const struct shape_mesh *mean = &build->atlas.mean;

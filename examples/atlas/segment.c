@@ -1,10 +1,10 @@
-/* segment.c - an atlas finds its object in an image, for atlas.h (paper, section 5.6, Figs. 17 and 18).
+/* segment.c - finds an atlas's object in an image (paper, section 5.6, Figs. 17 and 18).
  *
- * start    the mean shape where a coarse search found it
- * pose     rotation, translation, scale
- * modes    and the weights of the first modes
- * springls the shape becomes springls: gradient vector flow and the pressure of intensities move them, on a leash about the
- *          shape; each springl's correspondence still says where on the atlas it is, so the atlas's regions arrive */
+ * start    the mean shape, placed by a coarse search
+ * pose     rotation, translation and scale refined
+ * modes    the weights of the first modes refined
+ * springls the shape becomes springls: gradient vector flow and intensity pressure move them, within a leash around the shape;
+ *          each springl's correspondence is its place on the atlas, which gives the result the atlas's regions */
 #include "atlas/atlas.h"
 
 #include "base/progress.h"
@@ -20,19 +20,19 @@
 
 enum { MAX_CELLS = 128, LOOK_EVERY = 5, MAX_RESAMPLINGS = 12 };
 
-static const float gvf_mu = 0.2f; /* Xu and Prince's own choice for clean images */
-static const float speed = 0.5f, rest_share = 0.02f, rest_speed = 0.05f; /* as `segment` has them */
+static const float gvf_mu = 0.2f; /* for clean images, by Xu and Prince */
+static const float speed = 0.5f, rest_share = 0.02f, rest_speed = 0.05f; /* the same as in `segment` */
 
 /* ---- forces ---- */
 
-/* What the springls feel, on cubes about the shape. */
+/* The forces on the springls, sampled on cubes around the shape. */
 struct field {
     struct volume pressure; /* -1 .. 1, outward positive */
     struct gvf flow;
     float gvf_weight;
 };
 
-/* Voxels as large as the image's, but not more than MAX_CELLS along the longest side of the shape. */
+/* Makes cubes as large as the image's voxels, or larger so that at most MAX_CELLS lie along the longest side of the shape. */
 static bool create_cubes(const struct atlas_segment *run, float leash, struct volume *cubes)
 {
     const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
@@ -57,7 +57,7 @@ static bool create_cubes(const struct atlas_segment *run, float leash, struct vo
     return volume_create(dims, sides, lo, cubes) || atlas_no_memory();
 }
 
-/* The pressure at a place: inside where the intensity says so, as long as the leash allows: q counts leashes outward. */
+/* Returns the pressure at a place, which intensity decides within the leash; q is the distance from the shape in leashes. */
 static float pressure_at(const struct atlas_segment *run, const struct target *shape, const float place[3], float leash)
 {
     const struct similarity identity = similarity_identity();
@@ -74,7 +74,7 @@ static void field_free(struct field *field)
     gvf_free(&field->flow);
 }
 
-/* What the modes cannot show, twice; but not less than a part of the shape's size. mm */
+/* Returns the leash in mm: twice what the modes cannot represent, but at least a part of the shape's size. */
 static double choose_leash(const struct atlas_segment *run, double radius)
 {
     return fmax(2.0 * run->placing.pose.scale * run->atlas.generalization, 0.05 * radius);
@@ -113,12 +113,12 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
     return good;
 }
 
-/* Of the flow only what is along the normal: along the surface it would carry springls away from their places. */
+/* Takes the flow's component along the normal: the tangential one would carry springls away from their places. */
 static void flow_along_normal(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
     const struct field *field = user;
     (void)time;
-    for (int i = 0; i < count; ++i) { /* the model's grid is the flow's */
+    for (int i = 0; i < count; ++i) { /* model and flow have the same grid */
         float v[3];
         gvf_sample(&field->flow, points + 3 * i, v);
         out[i] = field->gvf_weight * vec3_dot(v, normals + 3 * i);
@@ -127,7 +127,7 @@ static void flow_along_normal(void *user, const float *points, const float *norm
 
 /* ---- springls ---- */
 
-/* The fitted shape as springls of about a voxel. */
+/* Starts springls of about a voxel from the fitted shape. */
 static bool start_springls(struct atlas_segment *run, const struct field *field)
 {
     const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
@@ -182,7 +182,7 @@ static bool run_to_rest(struct atlas_segment *run, struct field *field)
     return good;
 }
 
-/* The springls' surface, and the region of the atlas that each of its vertices came from. */
+/* Extracts the springls' surface and the atlas region of each of its vertices. */
 static bool take_surface(struct atlas_segment *run)
 {
     const struct shape_mesh *shape = &run->stages[ATLAS_STAGES - 2];
@@ -244,7 +244,7 @@ static void choose_window(struct atlas_segment *run)
     view->ramp = set->ramp > 0.0 ? (float)set->ramp : fmaxf(0.1f * range, 1e-6f);
 }
 
-/* Voxels inside a surface, on the reference's grid. */
+/* Marks the reference's voxels inside a surface. */
 static bool fill_mask(const struct volume *grid, const springls_params *params, const struct shape_mesh *mesh, uint8_t *mask)
 {
     springls_context *ctx = NULL;
@@ -266,7 +266,7 @@ static bool fill_mask(const struct volume *grid, const springls_params *params, 
                 volume_index_to_world(grid, index, points + 3 * i);
             }
             good = atlas_check(ctx, springls_sample_inside(ctx, points, grid->dims[0],
-                                                    mask + row * ((size_t)j + (size_t)grid->dims[1] * (size_t)k)), "mask");
+                                                           mask + row * ((size_t)j + (size_t)grid->dims[1] * (size_t)k)), "mask");
         }
     }
     springls_destroy(ctx);
@@ -297,7 +297,7 @@ static bool compare(struct atlas_segment *run)
     good = (truth && mask) || atlas_no_memory();
     if (good) {
         segment_mask(&run->reference, labels, count, truth);
-        for (size_t n = 0; n < voxels; ++n) { /* the labels not asked for are not drawn */
+        for (size_t n = 0; n < voxels; ++n) { /* leave out the labels that were not requested */
             run->reference.data[n] = truth[n];
         }
     }

@@ -1,4 +1,4 @@
-/* segment_report.c - what `atlas segment` writes and says. */
+/* segment_report.c - output of `atlas segment`. */
 #include "atlas/atlas.h"
 
 #include "base/json.h"
@@ -116,7 +116,7 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
     return good && (pictures_write(pictures, captions, count, count, path) || atlas_fail("%s: cannot draw it", path));
 }
 
-/* The result's region in every voxel inside: that of the nearest place of its surface. */
+/* Writes for every voxel inside the region of the nearest place of the result's surface. */
 static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, const char *folder)
 {
     const struct volume *image = &run->image;
@@ -150,7 +150,7 @@ static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, c
     return good || atlas_fail("%s", error);
 }
 
-/* Contours of masks: a mask smoothed by its voxels' interpolation runs where it is one half. */
+/* Draws contours of masks where the interpolated mask is one half. */
 static bool draw_slices(const struct atlas_segment *run, const float *before, const float *after, const char *folder)
 {
     const struct slices_contour contours[3] = {

@@ -93,7 +93,7 @@ static bool is_wanted(float value, const int *labels, int count)
     return wanted;
 }
 
-/* The part of a volume from voxel lo on, `dims` large, in the same places. */
+/* Copies the `dims` voxels of a volume that begin at voxel `lo`, in the same world places. */
 static bool crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part)
 {
     const float origin_index[3] = {(float)lo[0], (float)lo[1], (float)lo[2]};
@@ -119,7 +119,7 @@ static bool crop(const struct volume *from, const int lo[3], const int dims[3], 
     return true;
 }
 
-/* Only the wanted labels, with a margin. */
+/* Crops a label map to the wanted labels, with a margin. */
 static bool crop_labels(const struct volume *all, const int *labels, int count, const char *name, struct volume *part)
 {
     int lo[3] = {all->dims[0], all->dims[1], all->dims[2]}, hi[3] = {-1, -1, -1}, dims[3];
@@ -154,7 +154,7 @@ static bool crop_labels(const struct volume *all, const int *labels, int count, 
     return true;
 }
 
-/* The surface where the mask, smoothed by half its thickest voxel side, is one half: without the stairs of the voxels. */
+/* Extracts the surface where the mask, blurred by half its thickest voxel side, is one half: without voxel stairs. */
 static bool mask_surface(const struct volume *labels, const char *name, struct shape_mesh *mesh)
 {
     const float thickest = fmaxf(labels->spacing[0], fmaxf(labels->spacing[1], labels->spacing[2]));
@@ -219,7 +219,7 @@ static void mirror_mesh(struct shape_mesh *mesh, float about)
     for (int v = 0; v < mesh->vertex_count; ++v) {
         mesh->positions[3 * v] = 2.0f * about - mesh->positions[3 * v];
     }
-    for (int t = 0; t < mesh->triangle_count; ++t) { /* outward stays outward */
+    for (int t = 0; t < mesh->triangle_count; ++t) { /* reverse the corners so that outward stays outward */
         const int second = mesh->triangles[3 * t + 1];
         mesh->triangles[3 * t + 1] = mesh->triangles[3 * t + 2];
         mesh->triangles[3 * t + 2] = second;
@@ -324,7 +324,7 @@ static bool read_label_map(const char *path, const int *labels, int count, const
     return good;
 }
 
-/* FOLDER/NAME.csv of .../NAME.anything: lines x,y,z. */
+/* Reads the lines x,y,z of FOLDER/NAME.csv for a file .../NAME.anything. */
 static bool read_landmarks(const char *folder, const char *path, struct atlas_subject *subject)
 {
     char name[4096], line[256];

@@ -1,5 +1,5 @@
-/* truth.c - correspondences beside true ones, where subjects are meshes of the same triangles: vertex k of one is
- * vertex k of all. The correspondences themselves are made without that knowledge. */
+/* truth.c - compares correspondences with true ones, where subjects are meshes with the same triangles: vertex k of one
+ * subject is vertex k of all. The correspondences are computed without this knowledge. */
 #include "atlas/atlas.h"
 
 #include "base/vec3.h"
@@ -44,7 +44,7 @@ bool atlas_same_triangles(const struct atlas_build *build)
     return same;
 }
 
-/* Where the true vertices of a subject lie on the template as it was laid on that subject. */
+/* Finds a subject's true vertices on the template as it lies on that subject. */
 static bool find_spots(const struct atlas_build *build, int subject, struct spot *spots)
 {
     const struct shape_mesh *mesh = &build->template.mesh;
@@ -66,7 +66,7 @@ static int compare_doubles(const void *left, const void *right)
     return a < b ? -1 : a > b;
 }
 
-/* From a true vertex on one subject, by the correspondence, to its true place on another. */
+/* Maps a true vertex of one subject to another by the correspondence and returns its distance from the true place there, mm. */
 static double error_of(const struct atlas_build *build, const struct spot *spot, int to, int k)
 {
     float place[3], d[3];
@@ -75,7 +75,7 @@ static double error_of(const struct atlas_build *build, const struct spot *spot,
     return (double)vec3_length(d);
 }
 
-/* The model's own spot of a true vertex: its places on the mean shape, averaged over the subjects. */
+/* Averages over the subjects the place of each true vertex on the mean shape. */
 static bool model_spots(const struct atlas_build *build, const struct spot *spots, int vertices, struct spot *own)
 {
     const struct shape_mesh *mesh = &build->template.mesh;
@@ -96,7 +96,7 @@ static bool model_spots(const struct atlas_build *build, const struct spot *spot
     return true;
 }
 
-/* Nearest places of the first subject, rigidly laid (with scale) by the poses found, without the springls. */
+/* Measures nearest places after the rigid alignment (with scale) of the first subject, without the springls. */
 static double rigid_error(const struct atlas_build *build)
 {
     const struct atlas_subject *first = &build->subjects[0];

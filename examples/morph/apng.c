@@ -14,7 +14,7 @@ static void put32(unsigned char *out, uint32_t v)
     }
 }
 
-/* PNG specification, section 5.3: length, name, data, CRC of name and data. */
+/* Writes a chunk: length, name, data, CRC of name and data (PNG specification, section 5.3). */
 static bool write_chunk(FILE *file, const char *name, const unsigned char *data, size_t length)
 {
     unsigned char head[8], tail[4];
@@ -26,7 +26,7 @@ static bool write_chunk(FILE *file, const char *name, const unsigned char *data,
     return fwrite(head, 1, 8, file) == 8 && fwrite(data, 1, length, file) == length && fwrite(tail, 1, 4, file) == 4;
 }
 
-/* Rows as differences from the row above (filter 2), packed by zlib; `packed` begins with room for a frame's number. */
+/* Compresses rows as differences from the row above (filter 2); the result begins with space for a frame's number. */
 static unsigned char *pack(const struct image *image, size_t *length)
 {
     const size_t row = 3 * (size_t)image->width, size = (row + 1) * (size_t)image->height;

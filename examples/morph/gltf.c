@@ -1,4 +1,4 @@
-/* gltf.c - the morph as glTF: all frames as a sequence, and the last one as a skinned body. */
+/* gltf.c - writes a morph as glTF: all frames as a sequence, and the last one as a skinned body. */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SEAM 0.02f /* of the texture: a corner whose UV is so far from where its triangle's middle says lies beyond a seam */
+#define SEAM 0.02f /* of the texture: a corner's UV this far from the triangle's map means that the corner lies beyond a seam */
 
-/* UV of a point in the plane of a place's triangle: the affine map of that triangle, also a little beyond its edges. */
+/* Computes the UV of a point in the plane of a place's triangle by the triangle's affine map, also slightly beyond its edges. */
 static void extend_uv(const struct character *c, int triangle, const float point[3], float uv[2])
 {
     const int *corner = c->triangles + 3 * triangle;
@@ -29,7 +29,7 @@ static void extend_uv(const struct character *c, int triangle, const float point
     }
 }
 
-/* A frame with vertices of their own on either side of a seam of the texture. */
+/* A frame whose vertices are doubled along seams of the texture. */
 struct seamed {
     float *positions, *normals, *uvs, *colors;
     int *triangles, vertex_count;
@@ -54,7 +54,7 @@ static void add_corner(struct seamed *s, const struct morph_frame *frame, int ve
     *corner = (int)at;
 }
 
-/* The middle of a triangle says on which side of a seam it lies. */
+/* Splits vertices along seams; the middle of a triangle determines its side of a seam. */
 static bool split_seams(const struct morph *morph, const struct morph_frame *frame, struct seamed *s)
 {
     const springls_mesh *mesh = &frame->mesh;
@@ -117,8 +117,8 @@ static bool write_sequence(const struct morph *morph, const char *path)
     return good;
 }
 
-/* The last frame brought back into the neutral pose by the bone weights that have come along, and those weights with it: a
- * body that goes on walking in any engine. */
+/* Writes the last frame in the neutral pose, by its bone weights, together with these weights: a body that any engine can
+ * animate. */
 static bool write_skinned(const struct morph *morph, const char *path)
 {
     const struct morph_frame *last = &morph->frames[morph->frame_count - 1];

@@ -1,10 +1,10 @@
-/* morph.h - one animated character becomes another (paper, section 5.8), for examples/morph.c.
+/* morph.h - one animated character becomes another (paper, section 5.8).
  *
- *   read      two characters; the source is rescaled onto the target's skeleton (skeleton_align.h)
- *   rig       a body without bones gets a donor's skeleton and weights by heat (rig.c)
- *   solid     each becomes a closed body on one grid (solid.c)
- *   run       a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (run.c)
- *   output    glTF (gltf.c), pictures and report (output.c) */
+ *   read      reads two characters and rescales the source onto the target's skeleton (skeleton_align.h)
+ *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
+ *   solid     makes each a closed body on one grid (solid.c)
+ *   run       runs a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (run.c)
+ *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
 #define EXAMPLES_MORPH_MORPH_H
 
@@ -23,21 +23,21 @@ struct morph_settings {
     int frames;      /* at most */
     int fps;
     int iterations;  /* of the active contour a frame: the paper's 10 */
-    float pace;      /* voxels that an iteration moves the contour at most... */
-    int ease;        /* ...after so many frames: it grows from 0 */
-    float thicken;   /* voxels: sheets become solids of this thickness; 0: not */
-    int parts;       /* bodies of a character that are kept, the largest first; 0: all */
+    float pace;      /* maximum motion of the contour in an iteration, voxels */
+    int ease;        /* frames over which that grows from 0 */
+    float thicken;   /* voxels: sheets become solids of this thickness; 0: off */
+    int parts;       /* number of connected bodies of a character that are kept, the largest first; 0: all */
     int size;        /* pixels of a picture's height */
     float view[3];   /* from the body to the eye */
     bool list, preserve, weights;
 };
 
-/* What became of a character's triangles on the way to a closed body. */
+/* Figures of making a closed body from a character's triangles. */
 struct morph_solid {
-    int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, equal points welded */
-    int filled;          /* voxels of closed cavities, made inside */
-    int found, kept;     /* separate bodies; all but the kept ones were left out */
-    int dropped_voxels;  /* what those had */
+    int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, with equal points joined */
+    int filled;          /* voxels of closed cavities, which become inside */
+    int found, kept;     /* separate bodies found and kept */
+    int dropped_voxels;  /* of the bodies left out */
 };
 
 struct morph_body {
@@ -69,7 +69,7 @@ struct morph {
     springls_params params;
     struct morph_body source, target;
     int animation; /* of the target's skeleton */
-    int *map;      /* the target's joint of each of the source's, -1: none */
+    int *map;      /* joint of the target for each joint of the source, -1: none */
     int pairs;
     const char *mapped_by;
     springls_grid_desc grid;
@@ -79,12 +79,12 @@ struct morph {
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames;
     int frame_count;
-    int coincided; /* the first frame in which the two coincide, -1: none */
-    springls_mesh target_mesh; /* the zero level of the posed target, which crosses itself nowhere */
-    struct surface_distances end; /* of the last frame to the target, world units */
-    double channel_sum_error;     /* bone weights carried as a channel: largest |sum - 1| of springls in the end */
-    double channel_difference;    /* mean L1 of those to the weights looked up at the springls' places of origin */
-    double weight_difference;     /* of the last frame's bone weights to the target's own at the nearest place, mean L1 */
+    int coincided; /* the first frame in which the two coincide, -1: never */
+    springls_mesh target_mesh; /* zero level of the posed target, without self-intersections */
+    struct surface_distances end; /* from the last frame to the target, world units */
+    double channel_sum_error;     /* bone weights carried as a channel: largest |sum - 1| at the end */
+    double channel_difference;    /* mean L1 distance of these from the weights looked up by correspondence */
+    double weight_difference;     /* mean L1 distance of the last frame's bone weights from the target's at the nearest place */
 };
 
 /* The closed surface of a body and weights on it. */
@@ -101,21 +101,22 @@ bool morph_fail(const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 1, 2)))
 #endif
-    ; /* one line on stderr; false */
+    ; /* prints one line on stderr; returns false */
 bool morph_no_memory(void);
 bool morph_check(springls_context *ctx, springls_status status, const char *what);
 
 bool morph_read(struct morph *morph);
-/* A closed body of the character on the context's grid: its level set becomes the model. */
+/* Makes a closed body of the character on the context's grid and sets the model to its level set. */
 bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
                       int parts, struct morph_solid *solid);
-/* Bone weights for a body without any: from its own skeleton, or from a donor's that is fitted into it. morph_rig_free(mesh). */
+/* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. Call
+ * morph_rig_free(mesh) afterwards. */
 bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);
 void morph_rig_free(struct rig_mesh *mesh);
-bool morph_weights(const struct morph *morph); /* --weights: that alone, with pictures, glTF and report */
+bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
-bool morph_write(const struct morph *morph); /* all files of --out */
+bool morph_write(const struct morph *morph); /* writes all files of --out */
 bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);
 void morph_print(const struct morph *morph);

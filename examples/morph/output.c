@@ -31,7 +31,7 @@ static bool draw_mesh(const springls_mesh *mesh, const float *positions, const f
     return raycast_render(&scene, width, height, image);
 }
 
-/* One camera for all frames. */
+/* Computes one camera for all frames. */
 static struct raycast_camera film_camera(const struct morph *morph, float aspect)
 {
     static const float upwards[3] = {0.0f, 1.0f, 0.0f};
@@ -147,80 +147,101 @@ static struct summary summarize(const struct morph *morph)
     return s;
 }
 
+static void report_joints(struct json_writer *json, const struct morph *morph)
+{
+    const struct character *source = &morph->source.character, *target = &morph->target.character;
+    json_string(json, "joints_paired_by", morph->mapped_by);
+    json_integer(json, "joints_paired", morph->pairs);
+    json_object_begin(json, "joints");
+    for (int j = 0; j < source->joint_count; ++j) {
+        if (morph->map[j] >= 0) {
+            json_string(json, source->joints[j].name, target->joints[morph->map[j]].name);
+        }
+    }
+    json_object_end(json);
+}
+
+static void report_settings(struct json_writer *json, const struct morph *morph)
+{
+    const struct morph_settings *set = &morph->settings;
+    json_array_begin(json, "grid");
+    for (int k = 0; k < 3; ++k) {
+        json_integer(json, NULL, morph->grid.size[k]);
+    }
+    json_array_end(json);
+    json_number(json, "voxel", morph->grid.spacing[0]);
+    json_string(json, "params", set->common.params);
+    json_string(json, "backend", run_backend_name(morph->backend));
+    json_integer(json, "threads", run_threads());
+    json_integer(json, "iterations", set->iterations);
+    json_number(json, "pace_voxels", (double)set->pace);
+    json_integer(json, "ease_frames", set->ease);
+    json_number(json, "thicken_voxels", (double)set->thicken);
+}
+
+/* Reports the figures of all frames together. */
+static void report_totals(struct json_writer *json, const struct morph *morph)
+{
+    const struct summary s = summarize(morph);
+    const double voxel = morph->grid.spacing[0];
+    json_integer(json, "frames", morph->frame_count);
+    json_integer(json, "coincided_in_frame", morph->coincided);
+    json_integer(json, "watertight_frames", s.watertight);
+    json_integer(json, "self_intersections", s.intersections);
+    json_integer(json, "components_fewest", s.min_components);
+    json_integer(json, "components_most", s.max_components);
+    json_integer(json, "specks_left_out_most", s.specks);
+    json_number(json, "weight_sum_error_max", s.weight_error);
+    json_number(json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
+    json_number(json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
+    json_number(json, "distance_max_voxels", morph->end.max / voxel);
+    json_number(json, "weights_from_targets_own_mean_l1", morph->weight_difference);
+    json_number(json, "channel_weight_sum_error_max", morph->channel_sum_error);
+    json_number(json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
+    json_number(json, "seconds_a_frame", s.seconds);
+    json_number(json, "seconds_a_frame_skinning", s.skinning);
+    json_number(json, "seconds_a_frame_contour", s.contour);
+    json_number(json, "seconds_a_frame_target", s.target);
+    json_number(json, "peak_rss_mib", peak_rss_mib());
+}
+
+static void report_frame(struct json_writer *json, const struct morph_frame *frame)
+{
+    json_object_begin(json, NULL);
+    json_integer(json, "springls", frame->springls);
+    json_integer(json, "split", frame->split);
+    json_integer(json, "added", frame->added);
+    json_integer(json, "removed", frame->removed);
+    json_integer(json, "triangles", frame->mesh.triangle_count);
+    json_bool(json, "watertight", frame->check.open_edges == 0);
+    json_integer(json, "self_intersections", frame->check.intersections);
+    json_integer(json, "components", frame->check.components);
+    json_integer(json, "specks_left_out", frame->specks);
+    json_integer(json, "euler", frame->check.euler);
+    json_number(json, "distance_voxels", frame->distance);
+    json_number(json, "missing_voxels", frame->missing);
+    json_number(json, "share_beyond_a_voxel", frame->far);
+    json_number(json, "seconds", frame->seconds);
+    json_object_end(json);
+}
+
 bool morph_report(const struct morph *morph, const char *path)
 {
     struct json_writer json;
-    const struct morph_settings *set = &morph->settings;
-    const struct summary s = summarize(morph);
-    const double voxel = morph->grid.spacing[0];
     if (!json_open(&json, path)) {
         return morph_fail("%s: cannot write", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "morph");
-    report_body(&json, "source", set->source, &morph->source);
-    report_body(&json, "target", set->target, &morph->target);
+    report_body(&json, "source", morph->settings.source, &morph->source);
+    report_body(&json, "target", morph->settings.target, &morph->target);
     json_string(&json, "animation", morph->target.character.animations[morph->animation].name);
-    json_string(&json, "joints_paired_by", morph->mapped_by);
-    json_integer(&json, "joints_paired", morph->pairs);
-    json_object_begin(&json, "joints");
-    for (int j = 0; j < morph->source.character.joint_count; ++j) {
-        if (morph->map[j] >= 0) {
-            json_string(&json, morph->source.character.joints[j].name, morph->target.character.joints[morph->map[j]].name);
-        }
-    }
-    json_object_end(&json);
-    json_array_begin(&json, "grid");
-    for (int k = 0; k < 3; ++k) {
-        json_integer(&json, NULL, morph->grid.size[k]);
-    }
-    json_array_end(&json);
-    json_number(&json, "voxel", voxel);
-    json_string(&json, "params", set->common.params);
-    json_string(&json, "backend", run_backend_name(morph->backend));
-    json_integer(&json, "threads", run_threads());
-    json_integer(&json, "iterations", set->iterations);
-    json_number(&json, "pace_voxels", (double)set->pace);
-    json_integer(&json, "ease_frames", set->ease);
-    json_number(&json, "thicken_voxels", (double)set->thicken);
-    json_integer(&json, "frames", morph->frame_count);
-    json_integer(&json, "coincided_in_frame", morph->coincided);
-    json_integer(&json, "watertight_frames", s.watertight);
-    json_integer(&json, "self_intersections", s.intersections);
-    json_integer(&json, "components_fewest", s.min_components);
-    json_integer(&json, "components_most", s.max_components);
-    json_integer(&json, "specks_left_out_most", s.specks);
-    json_number(&json, "weight_sum_error_max", s.weight_error);
-    json_number(&json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
-    json_number(&json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
-    json_number(&json, "distance_max_voxels", morph->end.max / voxel);
-    json_number(&json, "weights_from_targets_own_mean_l1", morph->weight_difference);
-    json_number(&json, "channel_weight_sum_error_max", morph->channel_sum_error);
-    json_number(&json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
-    json_number(&json, "seconds_a_frame", s.seconds);
-    json_number(&json, "seconds_a_frame_skinning", s.skinning);
-    json_number(&json, "seconds_a_frame_contour", s.contour);
-    json_number(&json, "seconds_a_frame_target", s.target);
-    json_number(&json, "peak_rss_mib", peak_rss_mib());
+    report_joints(&json, morph);
+    report_settings(&json, morph);
+    report_totals(&json, morph);
     json_array_begin(&json, "by_frame");
     for (int f = 0; f < morph->frame_count; ++f) {
-        const struct morph_frame *frame = &morph->frames[f];
-        json_object_begin(&json, NULL);
-        json_integer(&json, "springls", frame->springls);
-        json_integer(&json, "split", frame->split);
-        json_integer(&json, "added", frame->added);
-        json_integer(&json, "removed", frame->removed);
-        json_integer(&json, "triangles", frame->mesh.triangle_count);
-        json_bool(&json, "watertight", frame->check.open_edges == 0);
-        json_integer(&json, "self_intersections", frame->check.intersections);
-        json_integer(&json, "components", frame->check.components);
-        json_integer(&json, "specks_left_out", frame->specks);
-        json_integer(&json, "euler", frame->check.euler);
-        json_number(&json, "distance_voxels", frame->distance);
-        json_number(&json, "missing_voxels", frame->missing);
-        json_number(&json, "share_beyond_a_voxel", frame->far);
-        json_number(&json, "seconds", frame->seconds);
-        json_object_end(&json);
+        report_frame(&json, &morph->frames[f]);
     }
     json_array_end(&json);
     json_object_end(&json);

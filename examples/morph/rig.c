@@ -32,7 +32,7 @@ static springls_grid_desc grid_around(const struct character *body, int cells)
     return grid;
 }
 
-/* The closed surface of the body, in memory of its own. */
+/* Copies the closed surface of the body. */
 static bool body_mesh(const struct morph *morph, const struct character *body, struct rig_mesh *mesh)
 {
     springls_desc desc;
@@ -76,7 +76,7 @@ void morph_rig_free(struct rig_mesh *mesh)
     memset(mesh, 0, sizeof *mesh);
 }
 
-/* Weights of bones become weights of the joints that they begin at: the largest ones. */
+/* Converts weights of bones to the largest weights of the joints at which they begin. */
 static struct influences of_bones(const float *weights, int count, const int *joints)
 {
     struct influences in;
@@ -90,8 +90,9 @@ static struct influences of_bones(const float *weights, int count, const int *jo
     return in;
 }
 
-/* The last bones of hands, feet and heads have no joint at their end: they reach on, four fifths of the way to the surface. */
-static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints, int count)
+/* Extends the last bones of hands, feet and heads, which have no joint at their end, four fifths of the way to the surface. */
+static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints,
+                         int count)
 {
     struct bvh bvh;
     if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
@@ -135,7 +136,7 @@ static bool add_weights(const struct character *body, struct rig_mesh *mesh)
     return good;
 }
 
-/* The body's own vertices take those of the nearest vertex of the closed surface. */
+/* Copies to the body's own vertices the weights of the nearest vertex of the closed surface. */
 static bool transfer_weights(const struct rig_mesh *mesh, struct character *body)
 {
     struct bvh bvh;
@@ -178,9 +179,9 @@ bool morph_rig(const struct morph *morph, struct character *body, const struct c
     return good && add_weights(body, mesh) && transfer_weights(mesh, body);
 }
 
-/* ---- weights alone ---- */
+/* ---- --weights ---- */
 
-/* Mean L1 distance of the weights from the artist's over the closed surface; map: our joints to the artist's. */
+/* Returns the mean L1 distance of the weights from the artist's over the closed surface; map: our joints to the artist's. */
 static double compare(const struct rig_mesh *mesh, const struct character *body, const struct places *truth, const int *map)
 {
     double sum = 0.0;
@@ -209,7 +210,7 @@ static double compare(const struct rig_mesh *mesh, const struct character *body,
     return sum;
 }
 
-/* Mean distance of joints from the artist's, over the body's height. */
+/* Returns the mean distance of joints from the artist's over the body's height. */
 static double joint_distance(const struct character *body, const struct character *truth, const int *map)
 {
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -229,7 +230,7 @@ static double joint_distance(const struct character *body, const struct characte
     return count > 0 ? sum / count : 0.0;
 }
 
-/* Every bone a colour, mixed by the weights. */
+/* Mixes a color of each bone by the weights. */
 static void weight_color(const struct influences *in, float color[3])
 {
     memset(color, 0, 3 * sizeof *color);
@@ -259,7 +260,7 @@ static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh,
         return false;
     }
     const struct raycast_frame frame = raycast_camera_frame(&scene.camera, aspect);
-    for (int j = 0; j < skeleton->joint_count; ++j) { /* the skeleton, over everything */
+    for (int j = 0; j < skeleton->joint_count; ++j) { /* draw the skeleton over everything */
         float ends[2][2];
         const int parent = skeleton->joints[j].parent;
         for (int e = 0; e < 2 && parent >= 0; ++e) {

@@ -12,8 +12,8 @@
 
 enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
 
-#define COINCIDE 0.125  /* voxels: the mean distance, both ways, below which the two are one... */
-#define LEFT_OVER 0.005 /* ...when no more than this share of the target is further than a voxel away: tips grow last */
+#define COINCIDE 0.125  /* voxels: mean distance in both directions below which the two coincide... */
+#define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last */
 
 bool morph_fail(const char *format, ...)
 {
@@ -43,7 +43,7 @@ static bool read_one(const char *path, int number, const char *props, struct cha
     return good || morph_fail("%s", error);
 }
 
-/* A body without bones gets the skeleton of --donor, or of the other character. */
+/* Gives a body without bones the skeleton of --donor, or of the other character. */
 static bool lend_bones(const struct morph *morph, struct character *body, const char *path, const struct character *other)
 {
     struct character donor;
@@ -109,7 +109,7 @@ static void grow(const float *positions, int count, float lo[3], float hi[3])
     }
 }
 
-/* One grid for both, in the neutral pose and in all poses of the animation. */
+/* Makes one grid for both characters, in the neutral pose and in all poses of the animation. */
 static bool make_grid(struct morph *morph)
 {
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -170,7 +170,7 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
     return true;
 }
 
-/* Bone weights of a springl by the place on the source's surface that it came from. */
+/* Looks up the bone weights of a springl at its place on the source's surface. */
 static struct influences weights_at(const struct morph *morph, const float correspondence[3])
 {
     float world[3];
@@ -187,7 +187,7 @@ static const float *springl_item(springls_view view, int index)
     return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
 }
 
-/* The weights of all springls, one channel a joint. */
+/* Computes the weights of all springls, one channel a joint. */
 static float *channel_values(const struct morph *morph)
 {
     const springls_view places = springls_view_correspondences(morph->ctx);
@@ -202,11 +202,12 @@ static float *channel_values(const struct morph *morph)
     return values;
 }
 
-/* The same weights as an attribute channel of the springls, blended where they split and fill: beside the look-up, to compare. */
+/* Adds the same weights as an attribute channel, which is blended where springls split and fill, to compare it with the
+ * look-up. */
 static bool add_channels(struct morph *morph)
 {
-    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
-                                          SPRINGLS_POLICY_BLEND};
+    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND,
+                                          SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND};
     float *values = channel_values(morph);
     const bool good = values ? morph_check(morph->ctx, springls_add_attribute(morph->ctx, &desc, values, NULL), "bone weights")
                              : morph_no_memory();
@@ -270,8 +271,8 @@ struct skinning {
     const struct affine *before, *after;
 };
 
-/* A springl that the blend of bones B takes from its neutral place to the pose goes from pose to pose by B(after) B(before)^-1:
- * exactly where skinning from the neutral pose would put it. Where B nearly flattens, by the blend of the bones' own motions. */
+/* Returns the map of a springl from pose to pose: B(after) B(before)^-1, where B is the blend of bones from its neutral place.
+ * So it goes where skinning from the neutral pose puts it. Where B is nearly singular the bones' own motions are blended. */
 static struct affine motion(const struct skinning *s, const struct influences *in)
 {
     const struct affine from = influences_blend(in, s->before), to = influences_blend(in, s->after);
@@ -290,7 +291,7 @@ static struct affine motion(const struct skinning *s, const struct influences *i
     return blend;
 }
 
-/* Of world coordinates, told in voxels: x -> T x with T = [R t] moves voxel v by (R - 1) v + (R o + t - o) / h. */
+/* Converts a map of world coordinates to voxels: x -> T x with T = [R t] moves voxel v by (R - 1) v + (R o + t - o) / h. */
 static void to_velocity(const springls_grid_desc *grid, const struct affine *t, float out[12])
 {
     for (int i = 0; i < 3; ++i) {
@@ -303,7 +304,7 @@ static void to_velocity(const springls_grid_desc *grid, const struct affine *t, 
     }
 }
 
-/* The bone weights of a springl are those of the place on the source's surface that it came from. */
+/* Moves springls by the bone weights at their places on the source's surface. */
 static void skin_springls(void *user, const float *points, const float *correspondences, int count, float time, float *out)
 {
     const struct skinning *s = user;
@@ -340,7 +341,7 @@ static bool skin_step(struct morph *morph)
 
 /* ---- active contours ---- */
 
-/* The target in the present pose, as a level set; the pressure is minus its signed distance, no more than `pace` voxels. */
+/* Makes the level set of the posed target; the pressure is minus its signed distance, at most `pace` voxels. */
 static bool pose_target(struct morph *morph, float pace)
 {
     struct morph_body *target = &morph->target;
@@ -376,9 +377,9 @@ static bool contour_steps(struct morph *morph)
     return morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour");
 }
 
-/* ---- what a frame is worth ---- */
+/* ---- measures of a frame ---- */
 
-/* Mean of |phi| of one context at points of the other, voxels, and the share of points beyond one. */
+/* Computes the mean of |phi| of one context at points of the other, voxels, and the share of points beyond one voxel. */
 static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean,
                           double *far)
 {
@@ -394,7 +395,7 @@ static bool mean_distance(const struct morph *morph, springls_context *ctx, cons
     return good;
 }
 
-/* Colours, UVs and bone weights of the mesh's vertices: those of the places that they came from. */
+/* Looks up colors, UVs and bone weights of the mesh's vertices by their correspondences. */
 static bool look_up(const struct morph *morph, struct morph_frame *frame)
 {
     const size_t count = (size_t)frame->mesh.vertex_count;
@@ -489,7 +490,7 @@ static void next_pose(struct morph *morph, int frame, double blend)
     pose(morph, frame, blend);
 }
 
-/* How far the bone weights that have come along are from those that the target's artist gave the place. */
+/* Compares the final bone weights with those of the target's artist at the same place. */
 static void compare_weights(struct morph *morph)
 {
     const struct morph_frame *last = &morph->frames[morph->frame_count - 1];

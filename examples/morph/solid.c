@@ -1,10 +1,10 @@
-/* solid.c - a closed body from a character's triangles, however open, doubled or self-crossing they are.
+/* solid.c - makes a closed body from a character's triangles, even if they are open, doubled or self-intersecting.
  *
- * 1. Inside is where the generalised winding number exceeds one half (springls_set_mesh): parts that overlap become one, open
+ * 1. Inside is where the generalized winding number exceeds one half (springls_set_mesh): overlapping parts are united, open
  *    cuffs are closed by a film.
- * 2. thicken > 0: so is all within half that of a triangle: capes and hems that have no inside become sheets of this thickness.
- * 3. What the outside does not reach is filled, so that nothing is hollow.
- * 4. Of several bodies the largest are kept. */
+ * 2. With thicken > 0 everything within half that distance of a triangle is inside too: capes and hems become solid sheets.
+ * 3. Cavities, which are not connected with the outside, are filled.
+ * 4. The largest connected bodies are kept. */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
@@ -16,7 +16,7 @@ struct voxels {
     const springls_grid_desc *grid;
     size_t count;
     float *phi;
-    int *label; /* 0: not yet */
+    int *label; /* 0: not labeled yet */
     int *queue;
 };
 
@@ -37,7 +37,7 @@ static void voxels_free(struct voxels *v)
     free(v->queue);
 }
 
-/* Labels all that hangs together with voxel `first` by faces and is on the same side; returns how many they are. */
+/* Labels all voxels that are connected by faces with voxel `first` on its side; returns how many. */
 static int flood(struct voxels *v, int first, int label)
 {
     const int *size = v->grid->size, step[3] = {1, size[0], size[0] * size[1]};
@@ -59,7 +59,7 @@ static int flood(struct voxels *v, int first, int label)
     return end;
 }
 
-/* The grid's border is outside: voxel 0 begins there. */
+/* Fills cavities: what is not connected with voxel 0, since the grid's border is outside. */
 static void fill_cavities(struct voxels *v, struct morph_solid *solid)
 {
     memset(v->label, 0, v->count * sizeof *v->label);
@@ -120,7 +120,7 @@ static bool keep_bodies(struct voxels *v, int parts, struct morph_solid *solid)
     return true;
 }
 
-/* Voxel coordinates of a world position. */
+/* Converts a world position to voxel coordinates. */
 static void to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3])
 {
     for (int k = 0; k < 3; ++k) {
@@ -128,7 +128,7 @@ static void to_voxel(const springls_grid_desc *grid, const float world[3], float
     }
 }
 
-/* phi = min(phi, distance to the triangle - half the thickness) in the box around each. */
+/* Sets phi = min(phi, distance to the triangle - half the thickness) in the box around each triangle. */
 static bool thicken_sheets(struct voxels *v, const struct character *character, float thickness)
 {
     const int *size = v->grid->size;

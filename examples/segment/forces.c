@@ -1,4 +1,4 @@
-/* forces.c - pressure, region, edges, flow and the way back to the start, for segment.h. */
+/* forces.c - forces of an active contour: pressure, region, edges, flow, and the push back to the start. */
 #include "segment/segment.h"
 
 #include "imaging/segment_image.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* mu of gradient vector flow: 0.2 is Xu and Prince's own choice for clean images. */
+/* Smoothness of gradient vector flow, by Xu and Prince for clean images. */
 static const float gvf_mu = 0.2f;
 
 void segment_forces_free(struct segment *run)
@@ -47,7 +47,8 @@ bool segment_forces_enter(struct segment *run, float side)
     return true;
 }
 
-/* Mean intensity within and without the contour: Chan and Vese's c1 and c2, over the narrow band or the whole image. */
+/* Computes the mean intensities inside and outside the contour, c1 and c2 of Chan and Vese, in the narrow band or the whole
+ * image. */
 static bool region_means(struct segment *run, float *inside, float *outside)
 {
     const struct volume *grid = &run->grid;
@@ -73,10 +74,10 @@ static bool region_means(struct segment *run, float *inside, float *outside)
     return true;
 }
 
-/* The flow ends where the contour may not go. */
+/* Sets the flow to zero where the contour may not go. */
 static void limit_flow(struct segment *run)
 {
-    struct volume *grid = &run->flow.grid; /* the edge map in it has done its work */
+    struct volume *grid = &run->flow.grid; /* its edge map is not needed any more */
     segment_resample(&run->start, run->start.data, grid, grid->data);
     for (size_t n = 0; n < volume_voxels(grid); ++n) {
         const float left = ((float)run->settings.stay - fabsf(grid->data[n])) / run->grid.spacing[0];
@@ -111,7 +112,7 @@ bool segment_forces_update(struct segment *run)
     return true;
 }
 
-/* Of the flow only what is along the normal: along the surface it would heap up springls where edges are strongest. */
+/* Takes the flow's component along the normal: the tangential one would crowd springls where edges are strongest. */
 static void flow_along_normal(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
     const struct segment *run = user;
@@ -151,7 +152,7 @@ springls_forces segment_forces(struct segment *run)
     forces.pressure_grid.data = run->push.data;
     forces.pressure_grid.grid = segment_model_grid(run->push.dims, run->push.spacing, run->push.origin, run->push.direction[0]);
     forces.curvature_weight = (float)run->settings.curvature;
-    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* the way does not matter, only where it ends */
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* the path does not matter, only where it ends */
     segment_voxel_map(&run->grid, &run->push, run->push_map);
     if (run->flow.field) {
         segment_voxel_map(&run->grid, &run->flow.grid, run->flow_map);

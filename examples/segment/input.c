@@ -1,4 +1,4 @@
-/* input.c - image, reference, window and starting surface of segment.h. */
+/* input.c - image, reference, window and starting surface. */
 #include "segment/segment.h"
 
 #include "imaging/mirror.h"
@@ -11,12 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How far a contour may go that starts from a mask or a mesh, in voxels of the image; and how far from a mask the two sides
- * of a body are compared. */
+/* Default of --stay for a contour that starts from a mask or a mesh, and how far from a mask the two sides of a body are
+ * compared, in voxels of the image. */
 static const double usual_stay = 1.0;
 static const float mirror_around = 4.0f;
 
-/* The only image of a file, or the one that --frame names. */
+/* Reads the only image of a file, or the one selected by --frame. */
 static bool read_volume(const struct segment *run, const char *path, struct volume *volume)
 {
     char error[VOLUME_TEXT];
@@ -68,13 +68,13 @@ static bool read_reference(struct segment *run)
     return run->truth || segment_no_memory();
 }
 
-/* Low, high and ramp of the pressure. */
+/* Chooses low, high and ramp of the pressure. */
 static bool choose_window(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
     const double *window = run->result->object->window;
     const struct volume *image = &run->image;
-    const float range = image->maximum - image->minimum, never = 2.0f * range; /* an open end: the ramp never gets there */
+    const float range = image->maximum - image->minimum, never = 2.0f * range; /* an open end, which the ramp never reaches */
     const float usual = segment_percentile(image, 0.995) - segment_percentile(image, 0.005);
     float low, high, ramp;
     if (window[0] < window[1]) {
@@ -95,7 +95,7 @@ static bool choose_window(struct segment *run)
     ramp = set->ramp > 0.0 ? (float)set->ramp : 0.1f * (usual > 0.0f ? usual : range);
     run->result->low = low;
     run->result->high = high;
-    run->result->ramp = fminf(ramp, 0.5f * (high - low)); /* the middle of a window pushes fully */
+    run->result->ramp = fminf(ramp, 0.5f * (high - low)); /* the middle of a window has full pressure */
     return true;
 }
 
@@ -108,7 +108,7 @@ bool segment_read(struct segment *run)
     if (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth))) {
         return segment_no_memory();
     }
-    if (isnan(set->stay)) { /* what starts at the object is to stay there */
+    if (isnan(set->stay)) { /* a start at the object should stay there */
         const float *spacing = run->image.spacing;
         const bool near = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
         set->stay = near ? usual_stay * cbrt((double)(spacing[0] * spacing[1] * spacing[2])) : 0.0;
@@ -131,7 +131,7 @@ bool segment_begin(struct segment *run, int object)
 
 /* ---- start ---- */
 
-/* The level set on the present grid from the pressure, a mask, or the one of a coarser grid. */
+/* Sets the level set on the present grid from the pressure, a mask, or the level set of a coarser grid. */
 bool segment_start_from(struct segment *run, const struct volume *from, const char *doing)
 {
     struct volume *grid = &run->grid;
@@ -157,7 +157,7 @@ static bool start_from_threshold(struct segment *run)
     return started;
 }
 
-/* Lays the mask, -0.5 within and 0.5 without, on the image's grid; mirrored, where the image looks like that. */
+/* Resamples the mask, -0.5 inside and 0.5 outside, on the image's grid; with --mirror, reflected to the matching place. */
 static bool place_mask(struct segment *run, const struct volume *mask, struct volume *placed)
 {
     if (!volume_create_padded(&run->image, 0, placed)) {
@@ -218,7 +218,7 @@ static bool start_from_mask(struct segment *run)
         }
         run->result->start_dice = overlap_masks(run->inside, run->truth, run->voxels).dice;
     }
-    /* From the image's grid where it was mirrored, from the mask's own, which may be finer, where not. */
+    /* A mirrored mask is on the image's grid, another one on its own, which may be finer. */
     started = started && segment_start_from(run, run->settings.mirror ? &placed : &mask, run->settings.mask);
     free(inside);
     volume_free(&mask);
@@ -261,7 +261,7 @@ bool segment_starts_far(const struct segment *run)
     return strcmp(init, "mask") != 0 && strcmp(init, "mesh") != 0 && strcmp(init, "threshold") != 0;
 }
 
-/* The present level set as a distance in mm. */
+/* Stores the present level set as a distance in mm. */
 static bool remember_start(struct segment *run)
 {
     const float side = run->grid.spacing[0];

@@ -1,5 +1,5 @@
-/* level_set.c - the same segmentation by a level set alone (paper, section 5.6), for segment.h: same start, same
- * grids, same forces, same rule of rest; no springls. */
+/* level_set.c - the same segmentation by a level set alone (paper, section 5.6), with equal start, grids, forces and rule of
+ * rest. */
 #include "segment/segment.h"
 
 #include "base/bvh.h"
@@ -17,7 +17,7 @@ static void speed(void *user, const float *points, const float *normals, int cou
     segment_speed(user, points, normals, count, out);
 }
 
-/* Voxels inside. */
+/* Returns the volume inside in voxels. */
 static double volume_of(const struct level_set *contour)
 {
     const size_t total = (size_t)contour->dims[0] * (size_t)contour->dims[1] * (size_t)contour->dims[2];
@@ -28,7 +28,7 @@ static double volume_of(const struct level_set *contour)
     return volume;
 }
 
-/* From the level set in alone->grid to the one at rest. */
+/* Runs the level set in alone->grid until it is at rest. */
 static bool run_level_set_to_rest(struct segment *alone)
 {
     const struct segment_settings *set = &alone->settings;
@@ -38,7 +38,7 @@ static bool run_level_set_to_rest(struct segment *alone)
     if (!segment_forces_update(alone)) {
         return false;
     }
-    segment_forces(alone); /* makes the maps ready */
+    segment_forces(alone); /* updates the force maps */
     if (!level_set_create(&contour, grid->dims, grid->data)) {
         return segment_no_memory();
     }
@@ -77,12 +77,12 @@ static bool run_alone(struct segment *alone)
             && run_level_set_to_rest(alone);
         volume_free(&coarse);
     }
-    return fine /* and a model for its surface */
+    return fine /* and a model, to extract its surface */
         && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone")
         && segment_check(alone->ctx, springls_extract_mesh(alone->ctx, &alone->surface), "level set alone");
 }
 
-/* From every vertex of one surface to the other one. */
+/* Computes mean and deviation of the distances from every vertex of one surface to the other one. */
 static bool distances(const springls_mesh *from, const springls_mesh *to, double *mean, double *deviation)
 {
     struct bvh bvh;
@@ -107,7 +107,7 @@ static bool distances(const springls_mesh *from, const springls_mesh *to, double
 
 bool segment_compare_level_set(struct segment *run)
 {
-    struct segment alone = *run; /* shares image and settings, has its own model and result */
+    struct segment alone = *run; /* shares image and settings, but has its own model and result */
     struct segment_result ignored = *run->result, *result = run->result;
     const double begin = elapsed_seconds();
     alone.result = &ignored;

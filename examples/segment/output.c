@@ -1,4 +1,4 @@
-/* output.c - what segment.h writes and says. */
+/* output.c - files, report and summary. */
 #include "segment/segment.h"
 
 #include "base/json.h"
@@ -30,12 +30,12 @@ bool segment_check(const springls_context *ctx, springls_status status, const ch
     return run_check("segment", ctx, status, doing);
 }
 
-/* Grey values so that the level is in the middle. */
+/* Chooses a gray range with the level in the middle. */
 static void gray_window(const struct segment *run, float *lo, float *hi)
 {
     const struct segment_result *result = run->result;
     const float minimum = segment_percentile(&run->image, 0.005), maximum = segment_percentile(&run->image, 0.995);
-    const float low = fmaxf(result->low, minimum), high = fminf(result->high, maximum); /* open ends end here */
+    const float low = fmaxf(result->low, minimum), high = fminf(result->high, maximum); /* limit open ends */
     const bool open = result->low < minimum || result->high > maximum;
     const float middle = open ? (result->low < minimum ? result->high : result->low) : 0.5f * (low + high);
     const float span = fmaxf(fminf(maximum - middle, middle - minimum), open ? 0.0f : high - low);
@@ -43,7 +43,7 @@ static void gray_window(const struct segment *run, float *lo, float *hi)
     *hi = middle + span;
 }
 
-/* 1 where the reference has a label of any object. The caller frees it. */
+/* Returns a map with 1 where the reference has a label of any object; the caller frees it. */
 static float *all_references(const struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
@@ -87,7 +87,7 @@ static bool draw_slices(const struct segment *run, const char *path)
     return written;
 }
 
-/* "surface.ply", or with more than one object "surface_77.ply". */
+/* Builds "surface.ply", or with more than one object "surface_77.ply". */
 static const char *object_path(const struct segment *run, const char *name, const char *extension, char *path, size_t size)
 {
     char file[64];
@@ -105,7 +105,7 @@ bool segment_write_object(const struct segment *run)
     const struct mesh_ply ply = {.positions = run->surface.positions, .normals = run->surface.normals,
                                  .vertex_count = (size_t)run->surface.vertex_count,
                                  .indices = (const uint32_t *)(const void *)run->surface.triangles,
-                                 .triangle_count = (size_t)run->surface.triangle_count, /* finer grids forget */
+                                 .triangle_count = (size_t)run->surface.triangle_count, /* omits what only coarser grids had */
                                  .originals = run->result->levels == 1 ? run->surface.correspondences : NULL,
                                  .comment = "millimetres, RAS+"};
     const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, /* from the front */
@@ -124,7 +124,7 @@ bool segment_write_object(const struct segment *run)
             || segment_fail("%s: cannot draw it", path));
 }
 
-/* The labels in the geometry of the image, as NIfTI and in the image's own format. */
+/* Writes the labels in the geometry of the image, as NIfTI and in the image's own format. */
 static bool write_labels(const struct segment *run)
 {
     char path[1024], name[32], error[VOLUME_TEXT];

@@ -1,4 +1,4 @@
-/* run.c - the contour's way to the object, for segment.h. */
+/* run.c - runs a contour to its object. */
 #include "segment/segment.h"
 
 #include "base/progress.h"
@@ -13,7 +13,7 @@
 
 enum { MARGIN = 3, MAX_CELLS = 128, MIN_CELLS = 24 };
 
-/* A springl that still moves has more than this part of the speed at full pressure. */
+/* Speed, as a part of the speed at full pressure, above which a springl still moves. */
 static const float rest_speed = 0.05f;
 
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
@@ -54,14 +54,14 @@ float segment_still(const struct segment *run)
     return rest_speed * (float)run->settings.speed * (float)SEGMENT_LOOK_EVERY;
 }
 
-/* The level set into the grid, where the means are to be taken. */
+/* Copies the level set to the grid on which the regions' means are taken. */
 static bool region_follows(struct segment *run)
 {
     return run->settings.region <= 0.0
         || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
 }
 
-/* Looks at the share of springls that moves and at the volume: is the contour at rest? */
+/* Returns true if the contour is at rest, by the share of moving springls and by the volume. */
 static bool look(struct segment *run, struct segment_watch *watch, double *volume)
 {
     struct segment_result *result = run->result;
@@ -76,7 +76,7 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
     return true;
 }
 
-/* Steps on one grid until the springls are at rest. */
+/* Takes steps on one grid until the springls are at rest. */
 static bool run_to_rest(struct segment *run, struct progress *bar)
 {
     const struct segment_settings *set = &run->settings;
@@ -90,9 +90,9 @@ static bool run_to_rest(struct segment *run, struct progress *bar)
     const springls_forces forces = segment_forces(run);
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = (float)set->speed; /* a push of 1 moves by this many voxels */
+    step.dt = (float)set->speed; /* a force of 1 moves by this many voxels */
     const float fastest = step.dt * (segment_fastest(run) + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
-    step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; below that without a look at speeds */
+    step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; slower steps need no check of speeds */
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
     result->at_rest = false;
@@ -122,7 +122,7 @@ static float longest_side(const struct volume *image)
     return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
 }
 
-/* By --grid; or as large as the image's voxels, but not more than MAX_CELLS of them. */
+/* Returns the side from --grid, or of the image's voxels, but large enough for at most MAX_CELLS of them. */
 float segment_choose_side(const struct segment *run)
 {
     const float *spacing = run->image.spacing, longest = longest_side(&run->image);
@@ -131,7 +131,7 @@ float segment_choose_side(const struct segment *run)
     return grid > 0 ? longest / (float)grid : fmaxf(own, longest / (float)MAX_CELLS);
 }
 
-/* How many grids, each half as fine as the next. What starts at the object needs no coarser ones. */
+/* Returns the number of grids, each half as fine as the next; a start at the object needs no coarser ones. */
 int segment_choose_levels(const struct segment *run)
 {
     const float cells = longest_side(&run->image) / segment_choose_side(run);
@@ -165,7 +165,7 @@ static bool evolve(struct segment *run)
         volume_free(&coarse);
         fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, &bar)
             && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
-        started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts afresh */
+        started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts again */
         fine = fine && (!started || take_frame(run));
     }
     progress_end(&bar);
@@ -202,7 +202,7 @@ bool segment_run(struct segment *run)
     return true;
 }
 
-/* A voxel that two contours claim belongs to the one that it lies deeper in. */
+/* Adds the result to the labels; a voxel in two contours belongs to the one in which it is deeper. */
 void segment_keep(struct segment *run)
 {
     for (size_t n = 0; n < run->voxels; ++n) {

@@ -4,11 +4,11 @@
  *   segment scan.nrrd --window "100,300;-900,-500" --init threshold --out result     two objects, one label map
  *   segment scan.mha --level 110 --init mask --mask left.nii.gz --mirror --reference labels.nii.gz --label 78
  *
- * Pressure pushes the contour outward where the intensity is inside the window and inward elsewhere, the region force by
- * which side's mean intensity is nearer, edges slow both, gradient vector flow pulls it to edges from afar, curvature
- * smooths it. It may start anywhere, split and merge. It works on a grid of cubes of its own; the forces are read from the
- * image in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first: there
- * the way to the object is short. All places and lengths are millimetres in the image's RAS+ axes. */
+ * Forces: pressure pushes outward where the intensity is inside the window and inward elsewhere; the region force pushes
+ * towards the side with the nearer mean intensity; edges slow both; gradient vector flow pulls to edges from far away;
+ * curvature smooths. The contour may start anywhere, split and merge. The model has a grid of cubes of its own; the forces are
+ * sampled in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first, where
+ * fewer steps lead to the object. All places and lengths are millimetres in the image's RAS+ axes. */
 #include "segment/segment.h"
 #include "springls/run_options.h"
 
@@ -16,7 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The next of a list, up to one of `ends`: its length, or 0 when it is empty or longer than `size` - 1. */
+/* Copies the next item of a list, up to one of `ends`. Returns its length, 0 when it is empty or longer than `size` - 1. */
 static size_t next_item(const char *text, const char *ends, char *item, size_t size)
 {
     const size_t length = strcspn(text, ends);
@@ -28,7 +28,7 @@ static size_t next_item(const char *text, const char *ends, char *item, size_t s
     return length;
 }
 
-/* "a,b" with a < b. */
+/* Reads "a,b" with a < b. */
 static bool read_window(const char *text, struct segment_object *object)
 {
     char item[64];
@@ -43,7 +43,7 @@ static bool read_mask_label(const char *text, struct segment_object *object)
     return cli_read_int(text, &object->mask_label) && object->mask_label >= -1;
 }
 
-/* "a,b,c" */
+/* Reads "a,b,c". */
 static bool read_labels(const char *text, struct segment_object *object)
 {
     do {
@@ -58,7 +58,7 @@ static bool read_labels(const char *text, struct segment_object *object)
     return true;
 }
 
-/* What stands between semicolons, one for each object: their number, or 0 when one is wrong. No text: 1. */
+/* Reads a list with an item for each object, between semicolons. Returns their number, 0 when one is wrong, 1 without a text. */
 static int read_objects(const char *text, bool (*read)(const char *, struct segment_object *), struct segment_object *objects)
 {
     int count = 0;
@@ -76,7 +76,8 @@ static int read_objects(const char *text, bool (*read)(const char *, struct segm
     return count;
 }
 
-/* As many objects as windows or labels of the mask; one of those serves all. */
+/* Reads as many objects as there are windows or labels of the mask; a single one is used for all. Returns NULL, or what is
+ * wrong. */
 static const char *read_all_objects(struct segment_settings *set)
 {
     struct segment_object *objects = set->objects;
@@ -144,50 +145,63 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
 {
     const char *topology = "free";
     const struct cli_option options[] = {
+        /* the object */
         {"level", CLI_DOUBLE, &set->level, "L", "the object is brighter than L; without: Otsu's threshold", 0, 0, NULL},
         {"dark", CLI_FLAG, &set->dark, NULL, "the object is darker than the level", 0, 0, NULL},
-        {"window", CLI_STRING, &set->window_text, "LO,HI[;..]", "the object lies between LO and HI; more windows, more "
-         "objects: each a label", 0, 0, NULL},
-        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level, at most half the window; 0: a tenth of "
-         "the image's range without 0.5 % at each end", 0, 1e9, NULL},
-        {"solid", CLI_FLAG, &set->solid, NULL, "what the object shuts in belongs to it, as marrow to bone: where a ball of three "
-         "voxels does not come from outside", 0, 0, NULL},
+        {"window", CLI_STRING, &set->window_text, "LO,HI[;..]",
+         "the object lies between LO and HI; more windows, more objects: each a label", 0, 0, NULL},
+        {"ramp", CLI_DOUBLE, &set->ramp, "R",
+         "full pressure this far from the level, at most half the window; 0: a tenth of the image's range without 0.5 % at each "
+         "end",
+         0, 1e9, NULL},
+        {"solid", CLI_FLAG, &set->solid, NULL,
+         "what the object shuts in belongs to it, as marrow to bone: where a ball of three voxels does not come from outside",
+         0, 0, NULL},
+
+        /* the forces */
         {"pressure", CLI_DOUBLE, &set->pressure, "W", "weight of the pressure of level or window", 0, 10, NULL},
-        {"region", CLI_DOUBLE, &set->region, "W", "weight of the region force: towards the side whose mean intensity is "
-         "nearer (Chan and Vese)", 0, 10, NULL},
-        {"region-means", CLI_CHOICE, &set->region_means, NULL, "where the two means are taken: in the narrow band about the "
-         "contour, or all over", 0, 0, "band|image"},
+        {"region", CLI_DOUBLE, &set->region, "W",
+         "weight of the region force: towards the side whose mean intensity is nearer (Chan and Vese)", 0, 10, NULL},
+        {"region-means", CLI_CHOICE, &set->region_means, NULL,
+         "where the two means are taken: in the narrow band about the contour, or all over", 0, 0, "band|image"},
         {"edge", CLI_DOUBLE, &set->edge, "W", "share of both that stops at edges of the image", 0, 1, NULL},
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow, which pulls to edges of the object", 0, 10, NULL},
         {"gvf-halvings", CLI_INT, &set->gvf_halvings, "K", "its grid: 0 the image's, 1 half as fine, ...", 0, 3, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
+
+        /* the start */
         {"init", CLI_CHOICE, &set->init, NULL, "where the contour starts", 0, 0,
          "sphere|cube|torus|metasphere|mask|threshold|mesh"},
         {"center", CLI_FLOAT3, set->center, "X,Y,Z", "centre of the starting shape, mm; without: of the image", 0, 0, NULL},
-        {"radius", CLI_DOUBLE, &set->radius, "MM", "its radius or half side; 0: a third of the image's shortest side", 0,
-         1e6, NULL},
+        {"radius", CLI_DOUBLE, &set->radius, "MM",
+         "its radius or half side; 0: a third of the image's shortest side", 0, 1e6, NULL},
         {"mask", CLI_STRING, &set->mask, "FILE", "label map to start from", 0, 0, NULL},
-        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]", "its label, without: all but 0; more labels, more "
-         "objects", 0, 0, NULL},
-        {"mirror", CLI_FLAG, &set->mirror, NULL, "start on the other side of the body: the mask mirrored, and laid where the "
-         "image looks like it", 0, 0, NULL},
-        {"stay", CLI_DOUBLE, &set->stay, "MM", "how far from the start the contour may go; 0: anywhere; without: one voxel of "
-         "the image from a mask or a mesh, else anywhere", 0, 1e6, NULL},
+        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]",
+         "its label, without: all but 0; more labels, more objects", 0, 0, NULL},
+        {"mirror", CLI_FLAG, &set->mirror, NULL,
+         "start on the other side of the body: the mask mirrored, and laid where the image looks like it", 0, 0, NULL},
+        {"stay", CLI_DOUBLE, &set->stay, "MM",
+         "how far from the start the contour may go; 0: anywhere; without: one voxel of the image from a mask or a mesh, "
+         "else anywhere", 0, 1e6, NULL},
         {"init-mesh", CLI_STRING, &set->init_mesh, "FILE", "mesh to start from, mm", 0, 0, NULL},
-        {"largest", CLI_FLAG, &set->largest, NULL, "start on every grid with the largest part only, its cavities filled", 0,
-         0, NULL},
-        {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the kind of start", 0,
-         SEGMENT_MAX_LEVELS, NULL},
+        {"largest", CLI_FLAG, &set->largest, NULL,
+         "start on every grid with the largest part only, its cavities filled", 0, 0, NULL},
+
+        /* the run */
+        {"levels", CLI_INT, &set->levels, "K",
+         "grids, each twice as fine as the one before; 0: by the kind of start", 0, SEGMENT_MAX_LEVELS, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
         {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
         {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+
+        /* the comparison */
         {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
-        {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]", "its labels, without: all but 0; of each object between "
-         "semicolons, and the first one is written", 0, 0, NULL},
-        {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL, "do the same by a level set without springls, and tell "
-         "how far apart the two surfaces are", 0, 0, NULL},
+        {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]",
+         "its labels, without: all but 0; of each object between semicolons, and the first one is written", 0, 0, NULL},
+        {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL,
+         "do the same by a level set without springls, and tell how far apart the two surfaces are", 0, 0, NULL},
     };
     const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD or MetaImage", true};
     const struct cli_program program = {.name = "segment",
@@ -202,7 +216,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
     return status == CLI_CONTINUE ? check_usage(set) : status;
 }
 
-/* One contour after the other. */
+/* Runs one contour after the other. */
 static bool find_objects(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;

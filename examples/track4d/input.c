@@ -1,4 +1,4 @@
-/* input.c - images, labels, landmarks and the reference's surface, for track.h. */
+/* input.c - images, labels, landmarks and the reference's surface. */
 #include "track4d/track.h"
 
 #include "imaging/segment_image.h"
@@ -11,7 +11,7 @@
 #include <string.h>
 
 enum { MARGIN = 5 }; /* voxels of the model's grid around the image */
-static const float noise = 0.005f; /* deviation of the noise in a made sequence, parts of the image's range */
+static const float noise = 0.005f; /* deviation of the noise in a synthetic sequence, as a part of the image's range */
 
 /* ---- frames ---- */
 
@@ -21,7 +21,7 @@ struct beat_time track_beat(const struct track *track, int frame)
     return t;
 }
 
-/* The map from a frame of a made motion back to the reference, on the reference's grid. */
+/* Samples the map from a frame of the synthetic motion back to the reference, on the reference's grid. */
 static bool backward_map(const struct track *track, int frame, struct field *back)
 {
     struct beat_time t = track_beat(track, frame);
@@ -33,7 +33,7 @@ static bool backward_map(const struct track *track, int frame, struct field *bac
     return true;
 }
 
-/* Twelve random numbers make a normal one. */
+/* Adds normal noise, each value the sum of twelve uniform ones. */
 static void add_noise(struct volume *image, float deviation, uint32_t seed)
 {
     for (size_t n = 0; n < volume_voxels(image); ++n) {
@@ -46,7 +46,7 @@ static void add_noise(struct volume *image, float deviation, uint32_t seed)
     }
 }
 
-/* A file of its own on the common grid: places beyond it hold its smallest value, labels the nearest voxel's. */
+/* Resamples a file on the common grid: images get their smallest value beyond the file, labels the nearest voxel's. */
 static bool read_onto(const struct volume *grid, const char *path, bool labels, struct volume *volume)
 {
     char error[VOLUME_TEXT];
@@ -70,7 +70,7 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
     return good || track_no_memory();
 }
 
-/* The reference's voxels, and as many more along its axes as the other image needs. */
+/* Extends the reference's grid along its axes until it covers the other image. */
 static bool common_grid(const struct volume *reference, const struct volume *other, struct volume *grid)
 {
     int low[3] = {0, 0, 0}, dims[3];
@@ -104,12 +104,12 @@ static bool common_grid(const struct volume *reference, const struct volume *oth
             wide.affine[r][3] += reference->affine[r][a] * low[a];
         }
     }
-    const bool good = volume_create_padded(&wide, 0, grid); /* takes all else from the affine map */
+    const bool good = volume_create_padded(&wide, 0, grid); /* derives all else from the affine map */
     volume_free(&wide);
     return good || track_no_memory();
 }
 
-/* The first of two files becomes the reference on a grid that holds both. */
+/* Reads two files; the first becomes the reference, on a grid that covers both. */
 static bool read_two(struct track *track)
 {
     char error[VOLUME_TEXT];
@@ -213,7 +213,7 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
 
 /* ---- the reference ---- */
 
-/* Centre and root mean square radius of the label, mm. */
+/* Makes a beat from the center and root mean square radius of the label, mm. */
 static struct beat make_beat(const struct track *track)
 {
     double sum[3] = {0.0, 0.0, 0.0}, square = 0.0, number = 0.0;
@@ -238,7 +238,7 @@ static struct beat make_beat(const struct track *track)
     return beat_of(sum, sqrt(square / number));
 }
 
-/* The level above which as many voxels lie as the mask has: a blurred ball would shrink at one half. */
+/* Returns the level of the blurred mask that encloses as many voxels as the mask: one half would shrink a ball. */
 static float volume_level(const float *mask, const float *blurred, size_t total)
 {
     float low = 0.0f, high = 1.0f;
@@ -257,7 +257,8 @@ static float volume_level(const float *mask, const float *blurred, size_t total)
     return 0.5f * (low + high);
 }
 
-/* The label's surface: its mask, blurred by about a voxel, where it keeps the volume. Negative inside, on the model's grid. */
+/* Makes the label's level set on the model's grid, negative inside: the mask blurred by about a voxel, at the level that keeps
+ * the volume. */
 static bool make_level_set(const struct track *track)
 {
     const size_t total = volume_voxels(&track->image);
@@ -277,7 +278,7 @@ static bool make_level_set(const struct track *track)
     return good || track_no_memory();
 }
 
-/* Largest distance of a springl's corners from those of a triangle, voxels. */
+/* Returns the largest distance of a springl's corners from those of a triangle, voxels. */
 static float apart(const struct track *track, const float *springl, const int *triangle, const int corner[3])
 {
     float furthest = 0.0f;
@@ -291,7 +292,7 @@ static float apart(const struct track *track, const float *springl, const int *t
     return furthest;
 }
 
-/* Triangles that the library has left out, because they have no area, go from the mesh: then triangle i is springl i. */
+/* Removes triangles from the mesh that the library skipped because they have no area, so that triangle i is springl i. */
 static bool match_springls(struct track *track)
 {
     static const int orders[4][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}};
@@ -390,7 +391,7 @@ bool track_read(struct track *track)
         return track_fail("%s: label maps of %d frames for %d images", set->labels, track->labelled, track->frame_count);
     }
     track->frames = calloc((size_t)track->frame_count, sizeof *track->frames);
-    struct track first = *track; /* of a made motion the reference's mask is the file's */
+    struct track first = *track; /* for a synthetic motion the reference's mask is the file's */
     first.settings.beat = 0;
     if (!track->frames) {
         return track_no_memory();

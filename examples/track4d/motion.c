@@ -1,4 +1,4 @@
-/* motion.c - displacement fields from the reference to a frame, for track.h: registered, true, or read from files. */
+/* motion.c - displacement fields from the reference to a frame: registered, exact, or read from files. */
 #include "track4d/track.h"
 
 #include "base/progress.h"
@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One field for each of the three from maps of points; part and forward may be the same. */
-static bool sample_all(const struct track *track, field_map_fn map, const void *substep, const void *forward, field_map_fn map_back,
-                       const void *back, struct track_motion *motion)
+/* Samples the three fields from maps of points; substep and forward may be the same. */
+static bool sample_all(const struct track *track, field_map_fn map, const void *substep, const void *forward,
+                       field_map_fn map_back, const void *back, struct track_motion *motion)
 {
     if (!field_create(&track->image, &motion->substep) || !field_create(&track->image, &motion->forward)
         || !field_create(&track->image, &motion->back)) {
@@ -29,7 +29,8 @@ static bool sample_all(const struct track *track, field_map_fn map, const void *
 
 static bool true_motion(const struct track *track, int frame, int steps, struct track_motion *motion)
 {
-    const struct beat_time forward = track_beat(track, frame), substep = {forward.beat, forward.s / steps}, back = {forward.beat, -forward.s};
+    const struct beat_time forward = track_beat(track, frame), substep = {forward.beat, forward.s / steps};
+    const struct beat_time back = {forward.beat, -forward.s};
     return sample_all(track, beat_map, steps == 1 ? &forward : &substep, &forward, beat_map, &back, motion);
 }
 
@@ -59,7 +60,7 @@ static bool register_motion(const struct track *track, int frame, int steps, con
     if (!track_frame_image(track, frame, &image)) {
         return false;
     }
-    /* A made motion has noise of its own in every frame, the reference too. */
+    /* In a synthetic motion every frame has its own noise, the reference too. */
     bool good = track->settings.beat == 0 || track_frame_image(track, first, &reference);
     if (good && !register_images(&reference, &image, &track->registration, start, &motion->registration, error)) {
         good = track_fail("frame %d: %s", frame, error);
@@ -107,9 +108,10 @@ void track_motion_free(struct track_motion *motion)
 springls_sampled_field track_velocity(const struct track *track, const struct field *field, float *values)
 {
     const struct volume *grid = &track->grid, *own = &field->grid;
-    const springls_sampled_field sampled = {values, segment_model_grid(own->dims, own->spacing, own->origin, own->direction[0]), 0};
+    const springls_grid_desc desc = segment_model_grid(own->dims, own->spacing, own->origin, own->direction[0]);
+    const springls_sampled_field sampled = {values, desc, 0};
     for (size_t n = 0; n < volume_voxels(&field->grid); ++n) {
-        for (int a = 0; a < 3; ++a) { /* the model's axes are perpendicular: the transposed matrix is the inverse */
+        for (int a = 0; a < 3; ++a) { /* the model's axes are perpendicular, so the transposed matrix is the inverse */
             const float axis[3] = {grid->direction[0][a], grid->direction[1][a], grid->direction[2][a]};
             values[3 * n + (size_t)a] = vec3_dot(axis, field->mm + 3 * n) / grid->spacing[a];
         }

@@ -1,4 +1,4 @@
-/* output.c - what track.h writes and says. */
+/* output.c - files, plots, report and summary. */
 #include "track4d/track.h"
 
 #include "base/json.h"
@@ -98,7 +98,7 @@ static bool write_slices(const struct track *track, int f, const float *distance
     return good;
 }
 
-/* Evenly chosen frames go into the film. */
+/* Adds evenly chosen frames to the film. */
 static bool take_picture(struct track *track, int f)
 {
     const int shown = track->frame_count < MAX_PICTURES ? track->frame_count : MAX_PICTURES;
@@ -189,7 +189,7 @@ static bool plot_errors(const struct track *track)
     return good;
 }
 
-/* Errors over step counts, a line a method. */
+/* Plots errors over the number of steps, one line a method. */
 static bool plot_steps(const struct track *track)
 {
     double x[TRACK_STEP_RUNS], y[3][TRACK_STEP_RUNS];
@@ -219,7 +219,7 @@ static double variance_share(const struct track *track, int mode)
     return sum > 0.0 ? track->motion.deviation[mode] * track->motion.deviation[mode] / sum : 0.0;
 }
 
-/* The first modes at -2, 0 and 2 deviations: pictures and meshes. */
+/* Writes pictures and meshes of the first modes at -2, 0 and 2 deviations. */
 static bool write_modes(const struct track *track)
 {
     const int modes = track->motion.modes < MODES_SHOWN ? track->motion.modes : MODES_SHOWN;
@@ -239,7 +239,7 @@ static bool write_modes(const struct track *track)
     }
     struct shape_view view = {.width = 420, .height = 420};
     view.camera = raycast_frame_points(mean.positions, (size_t)mean.vertex_count, from_the_front, upwards, 24.0f, 1.0f);
-    view.camera.field_of_view *= 1.25f; /* the others are larger */
+    view.camera.field_of_view *= 1.25f; /* other frames are larger */
     const float full = 2.0f * (float)(track->motion.deviation[0] / sqrt((double)mean.vertex_count));
     for (; good && done < 3 * modes; ++done) {
         double weights[MODES_SHOWN] = {0.0, 0.0};

@@ -1,4 +1,4 @@
-/* run.c - springls through the frames, and what came of them, for track.h. */
+/* run.c - moves springls through the frames and measures the results. */
 #include "track4d/track.h"
 
 #include "base/progress.h"
@@ -39,7 +39,7 @@ bool track_move(struct track *track, const struct track_motion *motion, int step
     return good;
 }
 
-/* A vertex is where its triangles' corners are; without relaxation they move together. */
+/* Computes the mesh's vertices from the springls' corners, which coincide without relaxation. */
 bool track_vertices(const struct track *track, float *vertices)
 {
     const springls_view view = springls_view_vertices(track->ctx);
@@ -68,7 +68,7 @@ bool track_vertices(const struct track *track, float *vertices)
 
 /* ---- landmarks ---- */
 
-/* Unit vectors of a triangle, its normal last; returns the root of its area. */
+/* Computes a triangle's orthonormal axes, the normal last; returns the root of its area. */
 static float triangle_axes(const float q[9], float axes[3][3])
 {
     vec3_sub(q + 3, q, axes[0]);
@@ -85,7 +85,7 @@ static void corners_of(const struct track *track, const float *vertices, int spr
     }
 }
 
-/* Where a landmark is when its springl has moved: it hangs on it by the similarity transform of the triangle. */
+/* Moves a landmark with its springl by the similarity transform of the triangle. */
 static void carry(const struct track *track, const springls_hit *anchor, const float start[3], const float *vertices,
                   float carried[3])
 {
@@ -131,7 +131,7 @@ static void compare_landmarks(const struct track *track, int f, const struct tra
     }
 }
 
-/* Particles against where the made motion takes their correspondences. */
+/* Compares particles with their correspondences, moved by the synthetic motion. */
 static void compare_particles(const struct track *track, int f, struct track_frame *frame)
 {
     const springls_view particles = springls_view_particles(track->ctx), originals = springls_view_correspondences(track->ctx);
@@ -145,11 +145,11 @@ static void compare_particles(const struct track *track, int f, struct track_fra
     }
 }
 
-/* ---- a frame's measures ---- */
+/* ---- measures of a frame ---- */
 
 static double dice(const float *a, const float *b, size_t count) { return overlap_labels(a, b, count, -1.0f).dice; }
 
-/* phi on the image's grid, mm. */
+/* Samples phi on the image's grid, mm. */
 static bool copy_distance(struct track *track, float *distance)
 {
     if (!track_check(track->ctx, springls_copy_level_set(track->ctx, track->grid.data), "level set")) {
@@ -190,7 +190,7 @@ static bool compare_labels(struct track *track, int f, const struct track_motion
     return true;
 }
 
-/* Which springls are still the reference's, and how many lie on the zero level. */
+/* Counts the springls that are still the reference's and those on the zero level. */
 static bool compare_springls(struct track *track, const uint32_t *before, int count, struct track_frame *frame)
 {
     const springls_view particles = springls_view_particles(track->ctx);
@@ -224,7 +224,7 @@ static bool min_jacobian(const struct track_motion *motion, double *minimum)
     return true;
 }
 
-/* motion NULL: the reference itself. */
+/* Processes a frame; motion NULL: the reference itself. */
 static bool do_frame(struct track *track, int f, const struct track_motion *motion)
 {
     struct track_frame *frame = &track->frames[f];
@@ -267,7 +267,7 @@ static bool do_frame(struct track *track, int f, const struct track_motion *moti
     return good;
 }
 
-/* From the reference on to the last or back to the first frame; each registration begins with the one before. */
+/* Follows the frames from the reference to the last or back to the first; each registration starts from the previous one. */
 static bool follow_frames(struct track *track, int direction, struct progress *bar, size_t *done)
 {
     struct track_motion motion, previous;
@@ -285,7 +285,7 @@ static bool follow_frames(struct track *track, int direction, struct progress *b
     return good;
 }
 
-/* Principal modes of the motion; the rigid part is taken out first. */
+/* Computes principal modes of the motion without its rigid part. */
 static bool find_modes(struct track *track)
 {
     const size_t vertices = (size_t)track->mesh.vertex_count;
@@ -314,7 +314,8 @@ bool track_run(struct track *track)
     size_t done = 1;
     const double begin = elapsed_seconds();
     progress_begin(&bar, "track4d", (size_t)track->frame_count, !cli_may_print(&track->settings.common));
-    bool good = do_frame(track, track->settings.reference, NULL) && follow_frames(track, 1, &bar, &done) && follow_frames(track, -1, &bar, &done);
+    bool good = do_frame(track, track->settings.reference, NULL) && follow_frames(track, 1, &bar, &done)
+             && follow_frames(track, -1, &bar, &done);
     progress_end(&bar);
     good = good && find_modes(track);
     track->seconds = elapsed_seconds() - begin;

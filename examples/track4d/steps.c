@@ -1,4 +1,4 @@
-/* steps.c - one motion in steps of several sizes, by springls and by level sets alone, for track.h. */
+/* steps.c - compares one motion in steps of several sizes, by springls and by level sets alone. */
 #include "track4d/track.h"
 
 #include "base/progress.h"
@@ -17,10 +17,10 @@ struct study {
     int frame;
     float *exact;       /* the mesh's vertices after the whole motion, mm */
     float *phi, *other; /* dense level sets on the model's grid, voxels */
-    float *u;           /* of one step at the voxels of the model's grid, in voxels */
+    float *u;           /* displacement of one step at the voxels of the model's grid, in voxels */
 };
 
-/* Where the whole motion takes points: the formula of a made motion, else the field. */
+/* Maps points by the whole motion: the formula of a synthetic motion, else the field. */
 static void exact_map(const struct study *study, const struct track_motion *motion, const float *points, size_t count,
                       float *mapped)
 {
@@ -32,7 +32,7 @@ static void exact_map(const struct study *study, const struct track_motion *moti
     }
 }
 
-/* The present model's zero level against the exact surface. */
+/* Compares the model's zero level with the exact surface. */
 static bool compare(const struct study *study, struct track_step_run *run)
 {
     struct track *track = study->track;
@@ -89,7 +89,7 @@ static bool compare_tracking(const struct study *study, const struct track_motio
 
 /* ---- a level set alone ---- */
 
-/* phi(x - u(x)): semi-Lagrangian, the way back taken from the speed at its end. */
+/* Computes phi(x - u(x)), semi-Lagrangian. */
 static void semi_lagrangian(const struct study *study)
 {
     const int *dims = study->track->grid.dims;
@@ -102,7 +102,7 @@ static void semi_lagrangian(const struct study *study)
     }
 }
 
-/* phi - u . grad phi, differences taken against the wind: stable up to a voxel a step (CFL). */
+/* Computes phi - u . grad phi by upwind differences, stable up to a voxel a step (CFL). */
 static void upwind(const struct study *study)
 {
     const int *dims = study->track->grid.dims;
@@ -126,7 +126,7 @@ static void upwind(const struct study *study)
     }
 }
 
-/* Steps of a scheme, each followed by a fresh distance. False: the surface is gone. */
+/* Takes steps of a scheme, each followed by restoring the distance. Returns false when the surface has disappeared. */
 static bool advect_level_set(const struct study *study, void (*scheme)(const struct study *), int steps)
 {
     struct track *track = study->track;
@@ -141,7 +141,7 @@ static bool advect_level_set(const struct study *study, void (*scheme)(const str
     return good;
 }
 
-/* The step's displacement at the model's voxels, in voxels. */
+/* Samples the step's displacement at the model's voxels, in voxels. */
 static bool sample_step(const struct study *study, const struct track_motion *motion)
 {
     const struct volume *grid = &study->track->grid;

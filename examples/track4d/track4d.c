@@ -2,21 +2,21 @@
  *
  *   track4d beat.nii.gz --labels heart.nii.gz --landmarks landmarks.csv --out result
  *   track4d beat.nii.gz --labels heart.nii.gz --fields 'to_%d.nii.gz' --out result     # displacement fields of elastix or ITK
- *   track4d beat.nii.gz --labels heart.nii.gz --beat 10 --true-field                   # a made motion whose answer is known
+ *   track4d beat.nii.gz --labels heart.nii.gz --beat 10 --true-field                   # a synthetic motion, exactly known
  *   track4d beat.nii.gz --labels heart.nii.gz --beat 10 --true-field --large-steps     # in 1, 2, 5 and 20 steps
  *   track4d breath_out.mha breath_in.mha --labels lung_out.mha                         # two files, each on a grid of its own
  *
- * The label of one frame becomes a model, every triangle of its surface a springl. The other frames are registered to that
- * one; each displacement field moves the springls in one step of Algorithm 3, as far as it goes. Nothing is resampled, so
- * springl i is the same piece of the body in every frame. */
+ * The label of one frame becomes a model, with every triangle of its surface a springl. The other frames are registered to
+ * that one; each displacement field moves the springls in a single step of Algorithm 3. Nothing is resampled, so springl i is
+ * the same piece of the body in every frame. */
 #include "springls/run_options.h"
 #include "track4d/track.h"
 
 #include <stdio.h>
 #include <string.h>
 
-/* Section 5.7 moves springls, makes phi afresh of them and lets it evolve: there is nothing to relax where no springl is
- * added or removed, and a relaxed triangle is no longer the piece of surface that it was. */
+/* Turns relaxation off: section 5.7 moves springls, rebuilds phi from them and lets it evolve. Where no springl is added or
+ * removed there is nothing to relax, and a relaxed triangle would not be the same piece of surface any more. */
 #define TRACKING_PARAMETERS "relax_iterations=0"
 
 static int check_usage(const struct track_settings *set)
@@ -99,7 +99,7 @@ int main(int argc, char **argv)
     if (status != CLI_CONTINUE) {
         return status;
     }
-    if (!track.settings.second) { /* a sequence: the patient lies still, intensities mean the same */
+    if (!track.settings.second) { /* in a sequence the patient lies still, and equal tissues have equal intensities */
         track.registration.align = REGISTER_ALIGN_NONE;
         track.registration.one_scale = true;
     }

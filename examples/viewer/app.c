@@ -10,7 +10,7 @@
 #define PUSH_SPEED 1.0f     /* radii of the brush a second */
 #define SMOOTH_SPEED 60.0f  /* full steps a second */
 #define SLAB 3.0f           /* voxels that a cut takes away */
-#define MIN_BRUSH_RADIUS 3.0f    /* voxels: below, phi does not show what the brush does */
+#define MIN_BRUSH_RADIUS 3.0f    /* voxels: the effect of a smaller brush is invisible in phi */
 
 const char *const viewer_tool_names[VIEWER_TOOLS] = {"drag", "push", "inflate", "smooth", "cut", "merge"};
 const char *const viewer_view_names[VIEWER_VIEWS] = {"surface", "springls", "texture", "wireframe"};
@@ -36,7 +36,7 @@ static void show_message(struct viewer_app *app, const char *text)
     ++app->looks;
 }
 
-/* What the model refused is told. */
+/* Shows the model's error if there is one; returns `good`. */
 static bool done(struct viewer_app *app, bool good)
 {
     ++app->looks;
@@ -101,7 +101,7 @@ static void look_under_pointer(struct viewer_app *app)
     app->hover = app->tool != VIEWER_CUT && viewer_pick(&app->model, &ray, &app->brush);
 }
 
-/* The pointer's place in the plane of the view that `held_depth` tells. */
+/* Computes the pointer's place in the plane of the view at `held_depth`. */
 static void place_at_depth(const struct viewer_app *app, float place[3])
 {
     float eye[3];
@@ -133,7 +133,7 @@ static bool over_second(struct viewer_app *app, struct viewer_brush *spot)
     return hit;
 }
 
-/* At its place, from its file or as a ball. */
+/* Makes the second body at its place, from its file or as a ball. */
 static bool make_second(struct viewer_app *app)
 {
     const float *at = app->second_place, radius = app->second_radius;
@@ -152,7 +152,7 @@ static bool place_second(struct viewer_app *app, const char *path)
     return make_second(app);
 }
 
-/* A change in one go. One that fails may leave the model empty: it is taken back. */
+/* Ends a change made in one call; a failed one is undone, because it may leave the model empty. */
 static void change(struct viewer_app *app, bool good)
 {
     char error[VIEWER_TEXT];
@@ -163,7 +163,7 @@ static void change(struct viewer_app *app, bool good)
     }
 }
 
-/* Where it has been dragged to it is made once more: a level set is not moved without a loss. */
+/* Makes the second body again at the place to which it was dragged and merges it: moving a level set would lose accuracy. */
 static void merge_second(struct viewer_app *app)
 {
     if (!app->second.ctx) {
@@ -179,7 +179,7 @@ static void merge_second(struct viewer_app *app)
 
 /* ---- events ---- */
 
-/* False: there is nothing under the pointer. */
+/* Starts dragging; returns false if nothing is under the pointer. */
 static bool take_hold(struct viewer_app *app)
 {
     struct viewer_brush spot;
@@ -292,11 +292,12 @@ static void save(struct viewer_app *app)
     }
 }
 
-/* Not while a hand is at work. */
+/* Undoes or redoes a change, unless a button is down. */
 static void go_back(struct viewer_app *app, bool forward)
 {
     if (app->hand == VIEWER_IDLE) {
-        const bool good = forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
+        const bool good =
+            forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
         show_message(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
         look_under_pointer(app);
     }
@@ -311,7 +312,11 @@ void viewer_app_key(struct viewer_app *app, int key, int modifiers)
         return;
     }
     switch (key) {
-    case 'V': app->view = (enum viewer_view)((app->view + (modifiers & VIEWER_SHIFT ? VIEWER_VIEWS - 1 : 1)) % VIEWER_VIEWS); break;
+    case 'V': {
+        const unsigned step = modifiers & VIEWER_SHIFT ? VIEWER_VIEWS - 1 : 1;
+        app->view = (enum viewer_view)((app->view + step) % VIEWER_VIEWS);
+        break;
+    }
     case '[': size_brush(app, -1.0f); break;
     case ']': size_brush(app, 1.0f); break;
     case 'F': fit(app); break;
@@ -350,7 +355,7 @@ void viewer_app_drop(struct viewer_app *app, const char *path)
 
 /* ---- work ---- */
 
-/* The brush runs after the pointer, as far as one step may go: a frame's work is bounded however fast the pointer is. */
+/* Moves the brush towards the pointer, as far as one step may go: this bounds the work of a frame. */
 static bool drag_on(struct viewer_app *app)
 {
     float displacement[3];

@@ -1,5 +1,5 @@
-/* app.h - what the viewer is while it runs, and what pointer and keys do to it. Knows no window and no OpenGL: a test
- * or a script sends the same events as a hand does. */
+/* app.h - the viewer's state, and the effects of pointer and keys on it. It needs no window and no OpenGL, so a test or a
+ * script can send the same events as a user. */
 #ifndef EXAMPLES_VIEWER_APP_H
 #define EXAMPLES_VIEWER_APP_H
 
@@ -12,7 +12,7 @@ enum viewer_tool { VIEWER_DRAG, VIEWER_PUSH, VIEWER_INFLATE, VIEWER_SMOOTH, VIEW
 enum viewer_view { VIEWER_SURFACE, VIEWER_SPRINGLS, VIEWER_TEXTURE, VIEWER_WIREFRAME, VIEWER_VIEWS };
 enum viewer_hand { VIEWER_IDLE, VIEWER_ORBIT, VIEWER_PAN, VIEWER_WORK };
 
-enum viewer_button { VIEWER_LEFT, VIEWER_RIGHT, VIEWER_MIDDLE };  /* numbered as GLFW does, as are these */
+enum viewer_button { VIEWER_LEFT, VIEWER_RIGHT, VIEWER_MIDDLE };  /* numbered as in GLFW, as are these */
 enum viewer_modifier { VIEWER_SHIFT = 1, VIEWER_CTRL = 2 };
 enum viewer_key { VIEWER_ENTER = 257, VIEWER_ESCAPE = 256 };       /* letters, digits: their capital ASCII code */
 
@@ -21,12 +21,12 @@ extern const char viewer_manual[]; /* keys and buttons, some lines */
 
 struct viewer_app {
     struct viewer_model model;
-    struct viewer_model second; /* to be merged; no context: there is none */
+    struct viewer_model second; /* to be merged; it has no context while there is none */
     float second_place[3], offset[3]; /* where it was made, and how far it has been dragged */
     float second_radius;
     char second_path[1024];     /* its file; empty: a ball */
     struct viewer_history history;
-    bool kept;              /* the model before the tool's first step is in the history */
+    bool kept;              /* the history has the model before the tool's first step */
     struct viewer_camera camera;
     int width, height; /* of the window, in the unit of pointer positions */
     enum viewer_tool tool;
@@ -35,18 +35,18 @@ struct viewer_app {
     struct viewer_brush brush;
     bool hover;             /* the brush lies on the surface */
     float pointer[2];
-    int modifiers;          /* of the button that is down */
-    float goal[3];          /* drag: where the brush's centre is to go */
-    float held_depth;       /* drag: of that place along the camera's axis */
+    int modifiers;          /* when the button was pressed */
+    float goal[3];          /* drag: target of the brush's center */
+    float held_depth;       /* drag: depth of that place along the camera's axis */
     bool holds_second;      /* merge: the pointer drags the second body */
-    float stroke[4];        /* cut: x0 y0 x1 y1, while `hand` works */
+    float stroke[4];        /* cut: x0 y0 x1 y1, while the stroke is drawn */
     const char *load, *save; /* file names of the command line; load NULL: a ball */
     bool help, quit;
-    unsigned looks;         /* grows with all that changes the picture */
+    unsigned looks;         /* incremented when the picture changes */
     char message[VIEWER_TEXT];
 };
 
-/* The model is made of app->load, or is a ball. False: model.error says why. */
+/* Makes the model from app->load, or a ball. Returns false with the reason in model.error. */
 bool viewer_app_open(struct viewer_app *app, const springls_desc *desc, int width, int height);
 void viewer_app_close(struct viewer_app *app);
 
@@ -55,11 +55,10 @@ void viewer_app_button(struct viewer_app *app, int button, bool down, int modifi
 void viewer_app_move(struct viewer_app *app, float x, float y);
 void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers);
 void viewer_app_key(struct viewer_app *app, int key, int modifiers);
-void viewer_app_drop(struct viewer_app *app, const char *path); /* a file: the second body with the tool merge, else a new model */
+void viewer_app_drop(struct viewer_app *app, const char *path); /* the second body (tool merge) or a new model */
 
-/* The frame's share of the work, one step at most: what the active tool does in `seconds`, else a step to rest if one is due.
- * Nothing where there is nothing to do. */
+/* Does a frame's work, one step at most: the active tool's for `seconds`, else a step to rest if one is due, else nothing. */
 void viewer_app_work(struct viewer_app *app, double seconds);
-bool viewer_app_busy(const struct viewer_app *app); /* there is more to do without a further event */
+bool viewer_app_busy(const struct viewer_app *app); /* more work is due without a further event */
 
 #endif

@@ -31,7 +31,7 @@ static void report(struct json_writer *json, const char *key, double seconds[FRA
     json_object_end(json);
 }
 
-/* The brush goes round on the ball, as a hand does that models. */
+/* Moves the brush around on the ball, as a modeler's hand does. */
 static void move_pointer(struct viewer_app *app, int frame)
 {
     const float turn = 0.1f * (float)frame;

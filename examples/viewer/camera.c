@@ -44,7 +44,8 @@ void viewer_camera_pan(struct viewer_camera *camera, float dx, float dy)
 
 void viewer_camera_zoom(struct viewer_camera *camera, float notches)
 {
-    camera->distance = fmaxf(0.02f * camera->scene_radius, fminf(10.0f * camera->scene_radius, camera->distance * powf(0.88f, notches)));
+    const float nearer = camera->distance * powf(0.88f, notches);
+    camera->distance = fmaxf(0.02f * camera->scene_radius, fminf(10.0f * camera->scene_radius, nearer));
 }
 
 struct viewer_ray viewer_camera_ray(const struct viewer_camera *camera, float x, float y, int width, int height)
@@ -63,7 +64,8 @@ void viewer_camera_matrix(const struct viewer_camera *camera, float aspect, floa
     const struct raycast_frame frame = viewer_camera_frame(camera, aspect, eye);
     vec3_sub(camera->middle, eye, away);
     const float depth = vec3_dot(away, frame.forward);
-    const float far = fmaxf(depth + camera->scene_radius, 0.02f * camera->scene_radius), near = fmaxf(depth - camera->scene_radius, 0.002f * far);
+    const float far = fmaxf(depth + camera->scene_radius, 0.02f * camera->scene_radius);
+    const float near = fmaxf(depth - camera->scene_radius, 0.002f * far);
     const float *rows[3] = {frame.right, frame.up, frame.forward};
     const float scale[3] = {1.0f / frame.half_width, 1.0f / frame.half_height, (far + near) / (far - near)};
     for (int c = 0; c < 4; ++c) {

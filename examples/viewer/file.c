@@ -14,7 +14,7 @@ static bool ends_with(const char *path, const char *suffix)
     return length > tail && strcasecmp(path + length - tail, suffix) == 0;
 }
 
-/* Exact to the last bit. */
+/* Writes floats with all their bits. */
 static void write_three(FILE *file, const char *key, const float v[3])
 {
     fprintf(file, "%s %.9g %.9g %.9g", key, (double)v[0], (double)v[1], (double)v[2]);
@@ -36,7 +36,7 @@ static bool write_obj(const char *path, const springls_mesh *mesh, const float *
         return false;
     }
     fputs("# v: the surface, vt: where each point was at the start, vn: normals\n", file);
-    for (int v = 0; v < mesh->vertex_count; ++v) { /* with a colour behind the place: a wide-spread custom */
+    for (int v = 0; v < mesh->vertex_count; ++v) { /* the color follows the place, a common extension */
         write_three(file, "v", mesh->positions + 3 * v);
         if (colors) {
             write_three(file, "", colors + 3 * v);

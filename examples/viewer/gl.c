@@ -24,8 +24,8 @@ static GLuint compile(GLenum kind, const char *const *lines, int count, char *er
     return shader;
 }
 
-static GLuint link_program(const char *const *vertex, int vertex_lines, const char *const *fragment, int fragment_lines, char *error,
-                           size_t size)
+static GLuint link_program(const char *const *vertex, int vertex_lines, const char *const *fragment, int fragment_lines,
+                           char *error, size_t size)
 {
     const GLuint program = glCreateProgram();
     const GLuint v = compile(GL_VERTEX_SHADER, vertex, vertex_lines, error, size);
@@ -56,7 +56,7 @@ bool viewer_gl_create(struct viewer_gl *gl, char *error, size_t size)
     GLint maximum = 0;
     glGetIntegerv(GL_MAX_SAMPLES, &maximum);
     gl->samples = maximum < 4 ? maximum : 4;
-    for (char *c = error; *c; ++c) { /* drivers tell their reasons in several lines */
+    for (char *c = error; *c; ++c) { /* drivers may return several lines */
         *c = *c == '\n' || *c == '\r' ? ' ' : *c;
     }
     return !*error;
@@ -82,10 +82,10 @@ void viewer_gl_destroy(struct viewer_gl *gl)
     memset(gl, 0, sizeof *gl);
 }
 
-/* ---- what there is to draw ---- */
+/* ---- surfaces ---- */
 
-void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count, const void *triangles,
-                   size_t index_bytes, int triangle_count)
+void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
+                   const void *triangles, size_t index_bytes, int triangle_count)
 {
     if (!surface->vertex_array) {
         glGenVertexArrays(1, &surface->vertex_array);
@@ -139,7 +139,7 @@ static GLuint make_buffer(GLenum format, int samples, int width, int height)
     return buffer;
 }
 
-/* Drawn into a frame of its own, so that a picture of it does not depend on what lies over the window. */
+/* Makes the render target, so that a picture does not depend on what covers the window. */
 static bool make_target(struct viewer_gl *gl, int width, int height)
 {
     free_target(gl);
@@ -206,7 +206,7 @@ static void draw_triangles(const struct viewer_surface *surfaces, int count)
     glBindVertexArray(0);
 }
 
-/* Edges over a surface that is there only to hide those behind it. */
+/* Draws edges over a surface that only hides the edges behind it. */
 static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count)
 {
     static const float paper[3] = {0.97f, 0.97f, 0.98f}, ink[3] = {0.15f, 0.2f, 0.35f};
@@ -222,8 +222,8 @@ static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count, const struct viewer_camera *camera,
-                    const struct viewer_paint *paint)
+void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count,
+                    const struct viewer_camera *camera, const struct viewer_paint *paint)
 {
     static const float none[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     const float base[3] = {paint->base.r, paint->base.g, paint->base.b};
@@ -245,7 +245,7 @@ void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *sur
     glDisable(GL_DEPTH_TEST);
 }
 
-/* Corners in pixels from the upper left corner. */
+/* Draws a quadrilateral; corners in pixels from the upper left corner of the window. */
 static void draw_quadrilateral(const struct viewer_gl *gl, float corners[8], bool textured, struct color color)
 {
     for (int i = 0; i < 8; i += 2) {
@@ -272,7 +272,8 @@ void viewer_gl_line(const struct viewer_gl *gl, const float ends[4], struct colo
     if (vec3_length(along) > 0.0f) {
         vec3_normalize(along);
         const float x = -along[1] * half_width, y = along[0] * half_width;
-        float corners[8] = {ends[0] - x, ends[1] - y, ends[2] - x, ends[3] - y, ends[0] + x, ends[1] + y, ends[2] + x, ends[3] + y};
+        float corners[8] = {ends[0] - x, ends[1] - y, ends[2] - x, ends[3] - y,
+                            ends[0] + x, ends[1] + y, ends[2] + x, ends[3] + y};
         draw_quadrilateral(gl, corners, false, color);
     }
 }
@@ -306,7 +307,7 @@ bool viewer_gl_read(const struct viewer_gl *gl, struct image *picture)
     }
     const size_t row = 3 * (size_t)gl->width;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, gl->resolved);
-    for (int y = 0; y < gl->height; ++y) { /* OpenGL's lowest row comes first */
+    for (int y = 0; y < gl->height; ++y) { /* OpenGL's first row is the lowest */
         glReadPixels(0, gl->height - 1 - y, gl->width, 1, GL_RGB, GL_FLOAT, picture->rgb + row * (size_t)y);
     }
     return glGetError() == GL_NO_ERROR;

@@ -1,5 +1,4 @@
-/* gl.h - drawing with OpenGL 3.3 core: surfaces, the pointer's stroke, a panel of text. Knows no model and no window;
- * wants a current context. */
+/* gl.h - drawing with OpenGL 3.3 core in the current context: surfaces, the pointer's stroke, a panel of text. */
 #ifndef EXAMPLES_VIEWER_GL_H
 #define EXAMPLES_VIEWER_GL_H
 
@@ -8,7 +7,7 @@
 
 #include <stddef.h>
 
-enum { VIEWER_GL_ARRAYS = 4 }; /* positions, normals, originals, colours: 3 floats a vertex */
+enum { VIEWER_GL_ARRAYS = 4 }; /* positions, normals, originals, colors: 3 floats a vertex */
 
 struct viewer_surface {
     unsigned vertex_array, buffers[VIEWER_GL_ARRAYS + 1]; /* the last one: indices */
@@ -18,7 +17,7 @@ struct viewer_surface {
 
 struct viewer_gl {
     unsigned surface_program, flat_program, nothing, picture;
-    unsigned target, target_color, target_depth;  /* with several samples a pixel */
+    unsigned target, target_color, target_depth;  /* multisampled */
     unsigned resolved, resolved_color;
     int width, height, samples;
     int picture_width, picture_height;
@@ -27,32 +26,33 @@ struct viewer_gl {
 /* How a surface is drawn. */
 struct viewer_paint {
     struct color base;
-    int painting;           /* 0 base, 1 the checker of the correspondences, 2 the vertices' colours */
+    int painting;           /* 0 base, 1 the checker of the correspondences, 2 the vertices' colors */
     bool edges, wires;
     float offset[3];
     const float *middle;    /* of the original's box */
     const float *brush;     /* centre and radius; NULL: none */
 };
 
-/* False: one line in `error`. */
+/* Creates programs and buffers. Returns false with one line in `error`. */
 bool viewer_gl_create(struct viewer_gl *gl, char *error, size_t size);
 void viewer_gl_destroy(struct viewer_gl *gl);
 
-/* arrays: NULL or vertex_count * 3 floats each; triangles: uint16_t, or of 4 bytes. All are copied. */
-void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count, const void *triangles,
-                   size_t index_bytes, int triangle_count);
+/* Copies a surface to the device. arrays: NULL or vertex_count * 3 floats each; triangles: uint16_t, or of 4 bytes. */
+void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
+                   const void *triangles, size_t index_bytes, int triangle_count);
 void viewer_gl_unset(struct viewer_surface *surface);
 void viewer_gl_set_panel(struct viewer_gl *gl, const struct image *picture);
 
-/* A frame: begin, draw, line and panel in this order, show. `width` and `height` are pixels. False: no memory for them. */
+/* Draw a frame: begin, draw, line and panel in this order, show. `width` and `height` are pixels. begin returns false if there
+ * is no memory for them. */
 bool viewer_gl_begin(struct viewer_gl *gl, int width, int height);
-void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count, const struct viewer_camera *camera,
-                    const struct viewer_paint *paint);
+void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count,
+                    const struct viewer_camera *camera, const struct viewer_paint *paint);
 void viewer_gl_line(const struct viewer_gl *gl, const float ends[4], struct color color); /* pixels from the upper left corner */
-void viewer_gl_panel(const struct viewer_gl *gl);                                         /* in the upper left corner */
-void viewer_gl_show(const struct viewer_gl *gl);                                          /* into the window */
+void viewer_gl_panel(const struct viewer_gl *gl);                                         /* draws it in the upper left corner */
+void viewer_gl_show(const struct viewer_gl *gl);                                          /* copies the frame to the window */
 
-/* The frame as a picture; image_free it. */
+/* Copies the frame to a picture, for image_free. */
 bool viewer_gl_read(const struct viewer_gl *gl, struct image *picture);
 
 #endif

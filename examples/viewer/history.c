@@ -37,7 +37,7 @@ static void make_room(struct viewer_history *history, size_t size)
     }
 }
 
-/* The model as it is, behind the others. */
+/* Appends a snapshot of the model. */
 static bool append(struct viewer_history *history, struct viewer_model *model)
 {
     struct viewer_state state = {NULL, 0};
@@ -48,7 +48,9 @@ static bool append(struct viewer_history *history, struct viewer_model *model)
     if (!state.block) {
         return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
     }
-    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, state.block, state.size, &state.size))) {
+    const springls_status status =
+        springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, state.block, state.size, &state.size);
+    if (!viewer_model_check(model, status)) {
         free(state.block);
         return false;
     }

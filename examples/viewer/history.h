@@ -1,4 +1,4 @@
-/* history.h - undo and redo: the model before each change, as snapshots. */
+/* history.h - undo and redo by snapshots of the model before each change. */
 #ifndef EXAMPLES_VIEWER_HISTORY_H
 #define EXAMPLES_VIEWER_HISTORY_H
 
@@ -11,16 +11,18 @@ struct viewer_state {
     size_t size;
 };
 
-/* states[0 .. at - 1] are before the model, those behind `at` after it. */
+/* states[0 .. at - 1] are older than the model, the later ones newer. */
 struct viewer_history {
     struct viewer_state states[VIEWER_MAX_STATES];
     int count, at;
 };
 
-/* Before a change: what could be redone is forgotten. The oldest states go when there are many, or large ones. */
+/* Saves the model before a change and drops the states to redo. The oldest states are dropped when there are many, or large
+ * ones. */
 bool viewer_history_keep(struct viewer_history *history, struct viewer_model *model);
 
-/* The same bits as then. False: nothing to undo or redo, model->error empty; or a failure, which it tells. */
+/* Restore the model bit by bit. Return false when there is nothing to undo or redo, with an empty model->error, or after a
+ * failure with the reason in model->error. */
 bool viewer_history_undo(struct viewer_history *history, struct viewer_model *model);
 bool viewer_history_redo(struct viewer_history *history, struct viewer_model *model);
 void viewer_history_clear(struct viewer_history *history);

@@ -9,9 +9,10 @@
 #include <string.h>
 
 #define COLOR "color"          /* the name of the attribute */
-#define BODY_SHARE (2.0 / 3.0) /* of the grid's side: the rest is room to drag and inflate into */
+#define BODY_SHARE (2.0 / 3.0) /* of the grid's side; the rest is space to drag and inflate into */
 
-static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND};
+static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
+                                                        SPRINGLS_POLICY_BLEND};
 
 static bool refuse(struct viewer_model *model, const char *text)
 {
@@ -47,7 +48,7 @@ static double clock_now(void *user)
     return elapsed_seconds();
 }
 
-/* A context whose cubic grid has its middle at `middle`. */
+/* Creates a context whose cubic grid is centered at `middle`. */
 static bool create_context(struct viewer_model *model, const springls_desc *desc, const float middle[3], double spacing)
 {
     memset(model, 0, sizeof *model);
@@ -62,7 +63,7 @@ static bool create_context(struct viewer_model *model, const springls_desc *desc
         model->desc.grid.origin[a] = (double)middle[a] - 0.5 * spacing * (model->grid - 1);
     }
     model->desc.trace.now = clock_now;
-    springls_desc noting = model->desc; /* springls_create tells its reason to the logger alone */
+    springls_desc noting = model->desc; /* springls_create passes its reason only to the logger */
     noting.logger.log = note_reason;
     noting.logger.user = model->error;
     springls_context *trial;
@@ -73,7 +74,7 @@ static bool create_context(struct viewer_model *model, const springls_desc *desc
     return viewer_model_check(model, springls_create(&model->desc, &model->ctx));
 }
 
-/* The new model takes the old one's place when it is good. */
+/* Replaces the old model by the new one if that is good. */
 static bool replace(struct viewer_model *model, struct viewer_model *made, bool good)
 {
     if (good) {
@@ -104,7 +105,7 @@ static bool set_implicit(struct viewer_model *model, springls_implicit_fn fn, vo
     return viewer_model_check(model, springls_set_implicit(model->ctx, fn, user)) && take_box(model);
 }
 
-/* Every springl takes the colour of its place on the mesh, and hands it on from there. */
+/* Gives every springl the color of its place on the mesh; later springls inherit it. */
 static bool take_colors(struct viewer_model *model, const struct mesh *mesh, const int *triangles)
 {
     const int count = springls_count(model->ctx);
@@ -133,13 +134,14 @@ static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
     }
     const springls_status status = springls_set_mesh(model->ctx, mesh->positions, (int)mesh->vertex_count, 0, triangles,
                                                      (int)mesh->triangle_count, NULL);
-    const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx)) && (!mesh->colors || take_colors(model, mesh, triangles));
+    const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx))
+                   && (!mesh->colors || take_colors(model, mesh, triangles));
     free(triangles);
     model->rest_steps_due = 2 * springls_get_params(model->ctx).resample_period;
     return good && take_box(model);
 }
 
-/* Middle of the mesh's box and the length of its longest side. */
+/* Computes the middle of the mesh's box; returns the length of its longest side. */
 static float box_of(const struct mesh *mesh, float middle[3])
 {
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, longest = 0.0f;
@@ -186,7 +188,8 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
-    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_implicit(&made, fn, user);
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0])
+                   && set_implicit(&made, fn, user);
     return replace(second, &made, good);
 }
 
@@ -214,7 +217,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     return replace(second, &made, good);
 }
 
-/* Where one of two bodies has colours, the other becomes grey instead of black. */
+/* Adds gray as a color, so that a body without colors does not become black when the other one has some. */
 static bool make_gray(struct viewer_model *model)
 {
     const int count = springls_count(model->ctx);

@@ -35,11 +35,12 @@ void viewer_scene_destroy(struct viewer_scene *scene)
     viewer_gl_destroy(&scene->gl);
 }
 
-/* Springls as they are, with the gaps between them, or the watertight surface. */
+/* Uploads springls with the gaps between them, or the watertight surface. */
 static bool send(struct viewer_surface *surface, struct viewer_model *model, enum viewer_view view)
 {
     springls_mesh mesh;
-    const springls_status status = view == VIEWER_SPRINGLS ? springls_extract_soup(model->ctx, &mesh) : springls_extract_mesh(model->ctx, &mesh);
+    const springls_status status =
+        view == VIEWER_SPRINGLS ? springls_extract_soup(model->ctx, &mesh) : springls_extract_mesh(model->ctx, &mesh);
     if (!viewer_model_check(model, status)) {
         return false;
     }
@@ -51,7 +52,7 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     return true;
 }
 
-/* The surface's chunks that have changed. */
+/* Uploads the surface's chunks that have changed. */
 static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
 {
     const springls_chunk *changed;
@@ -71,7 +72,8 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
     }
     for (const springls_chunk *c = changed; c < changed + count; ++c) {
         const float *const arrays[VIEWER_GL_ARRAYS] = {c->positions, c->normals, c->correspondences, NULL};
-        struct viewer_surface *chunk = &scene->chunks[(c->brick[2] * scene->chunks_side + c->brick[1]) * scene->chunks_side + c->brick[0]];
+        const int side = scene->chunks_side, place = (c->brick[2] * side + c->brick[1]) * side + c->brick[0];
+        struct viewer_surface *chunk = &scene->chunks[place];
         if (c->triangle_count > 0) {
             viewer_gl_set(chunk, arrays, c->vertex_count, c->triangles, sizeof *c->triangles, c->triangle_count);
         } else {
@@ -81,18 +83,19 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
     return true;
 }
 
-/* Springls, and colours that they carry, come as whole meshes. */
+/* Returns true if the surface is drawn in chunks; springls, and colors that they carry, are whole meshes. */
 static bool in_chunks(const struct viewer_app *app)
 {
     return app->view != VIEWER_SPRINGLS && (app->view != VIEWER_TEXTURE || app->model.colors < 0);
 }
 
-/* Only what has changed is made again. */
+/* Uploads what has changed. */
 static bool refresh(struct viewer_scene *scene, struct viewer_app *app)
 {
     bool good = true;
     if (scene->body_version != app->model.version || scene->body_view != app->view) {
-        good = in_chunks(app) ? send_chunks(scene, &app->model, app->view == VIEWER_TEXTURE) : send(&scene->body, &app->model, app->view);
+        good = in_chunks(app) ? send_chunks(scene, &app->model, app->view == VIEWER_TEXTURE)
+                              : send(&scene->body, &app->model, app->view);
         scene->body_version = app->model.version;
     }
     scene->body_view = app->view;
@@ -133,9 +136,11 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
 
 static void draw_stroke(const struct viewer_scene *scene, const struct viewer_app *app)
 {
+    const float width = (float)scene->gl.width, height = (float)scene->gl.height;
+    const float scale[2] = {width / (float)app->width, height / (float)app->height}; /* pixels a unit of the window */
     float ends[4];
-    for (int i = 0; i < 4; ++i) { /* the window's unit need not be a pixel */
-        ends[i] = app->stroke[i] * (i % 2 ? (float)scene->gl.height / (float)app->height : (float)scene->gl.width / (float)app->width);
+    for (int i = 0; i < 4; ++i) {
+        ends[i] = app->stroke[i] * scale[i % 2];
     }
     if (app->hand == VIEWER_WORK && app->tool == VIEWER_CUT) {
         viewer_gl_line(&scene->gl, ends, ink);
@@ -173,7 +178,7 @@ bool viewer_scene_draw(struct viewer_scene *scene, struct viewer_app *app, int w
     write_panel(scene, app);
     viewer_gl_panel(&scene->gl);
     viewer_gl_show(&scene->gl);
-    if (app->hand != VIEWER_IDLE || viewer_app_busy(app)) { /* times of frames that did something */
+    if (app->hand != VIEWER_IDLE || viewer_app_busy(app)) { /* show times only of frames with work */
         scene->mesh_seconds = made - begin;
         scene->draw_seconds = elapsed_seconds() - made;
     }

@@ -34,7 +34,7 @@ static bool frames(struct run *run, int count)
     return true;
 }
 
-/* Until the model is at rest; a button that is down may keep it busy for ever. */
+/* Runs frames until the model is at rest, up to a limit, since a pressed button may keep it busy. */
 static bool rest(struct run *run)
 {
     for (int i = 0; i < MAX_FRAMES && viewer_app_busy(run->app); ++i) {
@@ -50,7 +50,7 @@ static bool number(const char *word, double minimum, double maximum, double *val
     return cli_read_double(word, value) && *value >= minimum && *value <= maximum;
 }
 
-/* "shift" and "ctrl" from word `first` on. */
+/* Reads "shift" and "ctrl" from word `first` on. */
 static bool modifiers(const struct run *run, int first, int *result)
 {
     *result = 0;
@@ -66,7 +66,10 @@ static bool modifiers(const struct run *run, int first, int *result)
 
 static int button(const char *word)
 {
-    return strcmp(word, "left") == 0 ? VIEWER_LEFT : strcmp(word, "right") == 0 ? VIEWER_RIGHT : strcmp(word, "middle") == 0 ? VIEWER_MIDDLE : -1;
+    return strcmp(word, "left") == 0     ? VIEWER_LEFT
+           : strcmp(word, "right") == 0  ? VIEWER_RIGHT
+           : strcmp(word, "middle") == 0 ? VIEWER_MIDDLE
+                                         : -1;
 }
 
 static int key(const char *word)
@@ -92,7 +95,7 @@ static bool move(struct run *run, double x, double y, int count)
 
 enum result { DONE, WRONG, FAILED };
 
-/* A line's words: DONE, WRONG where they are no event, FAILED where it could not be shown. */
+/* Executes a line. Returns DONE, WRONG for words that are no event, or FAILED when the picture could not be shown. */
 static enum result obey(struct run *run)
 {
     const char *verb = run->words[0], *first = run->count > 1 ? run->words[1] : "";

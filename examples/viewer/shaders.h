@@ -2,7 +2,7 @@
 #ifndef EXAMPLES_VIEWER_SHADERS_H
 #define EXAMPLES_VIEWER_SHADERS_H
 
-/* A surface: place, normal, and where the place was at the start. `corner` is for edges of single triangles. */
+/* A surface: place, normal, and the original place. `corner` serves the edges of single triangles. */
 static const char *const viewer_surface_vertex[] = {
     "#version 330 core\n",
     "layout(location = 0) in vec3 position;\n",
@@ -22,8 +22,8 @@ static const char *const viewer_surface_vertex[] = {
     "}\n",
 };
 
-/* Two lights that go with the camera, and the brush's ball drawn onto what it holds. The texture is that of
- * raycast_correspondence_color: hue by longitude about the box of the original, times a checker. */
+/* Two lights that follow the camera, and the brush's ball as a colored spot. The texture is that of
+ * raycast_correspondence_color: hue by longitude around the box of the original, times a checker. */
 static const char *const viewer_surface_fragment[] = {
     "#version 330 core\n",
     "in vec3 place, facing, origin, paint, corner;\n",
@@ -56,7 +56,7 @@ static const char *const viewer_surface_fragment[] = {
     "  if (plain) lit = base;\n",
     "  if (edges) {\n",
     "    vec3 near = smoothstep(vec3(0), 0.9 * fwidth(corner), corner);\n",
-    "    if (inside) discard;\n", /* the far side: through the gaps of the near one it would only confuse */
+    "    if (inside) discard;\n", /* the far side would clutter the gaps of the near one */
     "    lit *= mix(0.5, 1.0, min(near.x, min(near.y, near.z)));\n",
     "  }\n",
     "  if (brush.w > 0.0) {\n",
@@ -68,7 +68,7 @@ static const char *const viewer_surface_fragment[] = {
     "}\n",
 };
 
-/* A quadrilateral in clip coordinates, of one colour or with a picture whose darkness lets the scene through. */
+/* A quadrilateral in clip coordinates, in one color or with a picture that is transparent where it is dark. */
 static const char *const viewer_flat_vertex[] = {
     "#version 330 core\n",
     "uniform vec2 corners[4];\n", /* lower left, lower right, upper left, upper right */

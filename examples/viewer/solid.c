@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side, struct viewer_cut *cut)
+bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side,
+                        struct viewer_cut *cut)
 {
     const float along = vec3_dot(from->direction, to->direction);
     memcpy(cut->eye, from->origin, sizeof cut->eye);
@@ -19,7 +20,7 @@ bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *
     return vec3_normalize(cut->normal) > 0.01f;
 }
 
-/* Its signed distance near its faces; never more than the distance. */
+/* Computes a lower bound of the signed distance, exact near the faces. */
 static void cut_distance(void *user, const float *points, int count, float *out)
 {
     const struct viewer_cut *cut = user;
@@ -35,7 +36,7 @@ static void cut_distance(void *user, const float *points, int count, float *out)
 bool viewer_subtract(struct viewer_model *model, const struct viewer_cut *cut)
 {
     struct viewer_cut copy = *cut;
-    struct viewer_model knife = {0}; /* a body, not only a function: its springls bring the colour of the cut's faces */
+    struct viewer_model knife = {0}; /* a body instead of a function: its springls bring the color of the cut's faces */
     bool good = viewer_model_second(&knife, model, cut_distance, &copy);
     if (!good) {
         snprintf(model->error, sizeof model->error, "the cut misses the grid: %.200s", knife.error);

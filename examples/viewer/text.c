@@ -20,12 +20,13 @@ void viewer_text(const struct viewer_app *app, const char *times, char *text, si
         snprintf(text, size, "%s", viewer_manual);
         return;
     }
-    snprintf(text, size, "*%s: %s\nview: %s, brush: %.0f voxels of %d\n%d springls%s%s\nH: help%s%s\n", viewer_tool_names[app->tool],
-             tool_help[app->tool], viewer_view_names[app->view], (double)(app->brush.radius / app->model.voxel), app->model.grid,
-             count, *times ? ", " : "", times, *app->message ? "\n*" : "", app->message);
+    snprintf(text, size, "*%s: %s\nview: %s, brush: %.0f voxels of %d\n%d springls%s%s\nH: help%s%s\n",
+             viewer_tool_names[app->tool], tool_help[app->tool], viewer_view_names[app->view],
+             (double)(app->brush.radius / app->model.voxel), app->model.grid, count, *times ? ", " : "", times,
+             *app->message ? "\n*" : "", app->message);
 }
 
-/* Calls `image_text` for each line, or only finds out how wide they are. */
+/* Calls `image_text` for each line, or only computes the width of the widest. */
 static int each_line(const char *text, struct image *picture, float *widest)
 {
     const struct color bright = color_rgb(1.0f, 0.95f, 0.7f), plain = color_rgb(0.85f, 0.87f, 0.9f);
@@ -38,8 +39,8 @@ static int each_line(const char *text, struct image *picture, float *widest)
         const char *words = line + (line[0] == '*');
         *widest = image_text_width(LETTER, words) > *widest ? image_text_width(LETTER, words) : *widest;
         if (picture) {
-            image_text(picture, MARGIN, (float)(MARGIN + LETTER + (float)(lines * LINE)), LETTER, 0.0f, words > line ? bright : plain,
-                       words);
+            image_text(picture, MARGIN, (float)(MARGIN + LETTER + (float)(lines * LINE)), LETTER, 0.0f,
+                       words > line ? bright : plain, words);
         }
         text += length + (text[length] == '\n');
         ++lines;

@@ -5,15 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A brush in voxels and what it does in the time 1 of a step: read by force callbacks. */
+/* A brush in voxels and its effect in a step of duration 1, for force callbacks. */
 struct stroke {
     float center[3], radius;
     float displacement[3];    /* drag */
     float amount;    /* inflate, smooth */
-    bool everywhere; /* no fading: the whole body */
+    bool everywhere; /* without fading: on the whole body */
 };
 
-/* The Laplacian of a distance is the sum of the principal curvatures; its explicit steps are stable up to h^2 / 6. */
+/* Limits smoothing: the Laplacian of a distance is the sum of the principal curvatures, and explicit steps are stable up to
+ * h^2 / 6. */
 #define MAX_SMOOTHING 0.16f
 
 static float fading(const float from_center[3], float radius)
@@ -41,7 +42,7 @@ static bool distance_at(struct viewer_model *model, const struct viewer_ray *ray
     return viewer_model_check(model, springls_sample_distance(model->ctx, x, 1, distance));
 }
 
-/* Where the ray is within the grid. */
+/* Clips the ray to the grid. */
 static bool clip_to_grid(const struct viewer_model *model, const struct viewer_ray *ray, float *begin, float *end)
 {
     const float half = 0.5f * model->voxel * (float)(model->grid - 1);
@@ -49,15 +50,15 @@ static bool clip_to_grid(const struct viewer_model *model, const struct viewer_r
     *end = INFINITY;
     for (int a = 0; a < 3; ++a) {
         const float inverse = 1.0f / ray->direction[a], from = model->middle[a] - ray->origin[a];
-        const float one = (from - half) * inverse, other = (from + half) * inverse; /* infinite, or NaN that fminf passes over */
+        const float one = (from - half) * inverse, other = (from + half) * inverse; /* infinite, or NaN, which fminf ignores */
         *begin = fmaxf(*begin, fminf(one, other));
         *end = fminf(*end, fmaxf(one, other));
     }
     return *begin < *end;
 }
 
-/* phi is a distance, or less, so the ray may go on by phi without missing anything (Hart 1996, "Sphere tracing"). It does not
- * fall through the gaps between springls. */
+/* Finds the surface along a ray: phi is at most the distance, so a step of phi cannot miss it (Hart 1996, "Sphere tracing").
+ * The ray cannot pass through gaps between springls. */
 static bool trace(struct viewer_model *model, const struct viewer_ray *ray, float *along)
 {
     float t, end, phi, last = 0.0f, before = 0.0f;
@@ -93,9 +94,10 @@ bool viewer_pick(struct viewer_model *model, const struct viewer_ray *ray, struc
     return true;
 }
 
-/* ---- moving it ---- */
+/* ---- motion ---- */
 
-/* The gradient of w is at most 1.54 / R: with a quarter of R the map x + way * w(x) has a Jacobian of 0.6 or more. */
+/* Limits a displacement to a quarter of R: the gradient of w is at most 1.54 / R, so the map x + displacement * w(x) has a
+ * Jacobian of 0.6 or more. */
 float viewer_max_displacement(const struct viewer_model *model, const struct viewer_brush *brush)
 {
     return fminf(2.0f * model->voxel, 0.25f * brush->radius);
@@ -105,7 +107,7 @@ static void drag_velocity(void *user, const float *points, int count, float time
 {
     const struct stroke *s = user;
     float center[3], from_center[3];
-    vec3_add_scaled(s->center, time, s->displacement, center); /* the ball moves with what it holds */
+    vec3_add_scaled(s->center, time, s->displacement, center); /* the ball moves with its content */
     for (int i = 0; i < 3 * count; i += 3) {
         vec3_sub(points + i, center, from_center);
         const float w = fading(from_center, s->radius);
@@ -130,7 +132,7 @@ bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const f
     return true;
 }
 
-/* All that is in the brush goes one way, as a drag along the normal: pressure along the springls' own normals would fold a dent. */
+/* Drags everything in the brush along its normal: pressure along the springls' own normals would fold a dent. */
 bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float distance)
 {
     const float still[3] = {0.0f, 0.0f, 0.0f};
@@ -159,9 +161,9 @@ bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush
     return viewer_model_step(model, &forces);
 }
 
-/* ---- smoothing it ---- */
+/* ---- smoothing ---- */
 
-/* Voxels lo .. lo + size - 1 about the brush; the outermost ones are out of its reach. */
+/* Computes the voxels lo .. lo + size - 1 around the brush, with a border outside it. */
 static void voxels_of(const struct stroke *stroke, int lo[3], int size[3])
 {
     for (int a = 0; a < 3; ++a) {
@@ -170,7 +172,7 @@ static void voxels_of(const struct stroke *stroke, int lo[3], int size[3])
     }
 }
 
-/* phi in voxels at these voxels and one more on each side. */
+/* Samples phi at these voxels and one more on each side, in voxels. */
 static bool read_distances(struct viewer_model *model, const int lo[3], const int size[3], float *points, float *phi)
 {
     size_t n = 0;
@@ -187,7 +189,7 @@ static bool read_distances(struct viewer_model *model, const int lo[3], const in
     return viewer_model_check(model, springls_sample_distance(model->ctx, points, (int)n, phi));
 }
 
-/* Pressure -amount * w * curvature at each voxel: the curvature of forces alone would smooth the whole body. */
+/* Sets the pressure to -amount * w * curvature at each voxel; the curvature force would smooth the whole body. */
 static void fill_pressure(const struct stroke *stroke, const int lo[3], const int size[3], float voxel, const float *phi,
                           float *pressure)
 {

@@ -1,8 +1,9 @@
-/* viewer.c - a body to work on with the mouse: drag, push, inflate, smooth, cut, merge; springls, surface and tracked texture.
+/* viewer.c - shapes a body with the mouse: drag, push, inflate, smooth, cut, merge; shows springls, surface and tracked
+ * texture.
  *
  *   viewer                                                  # a ball
  *   viewer bunny.obj --grid 128                             # a mesh (PLY, OBJ, STL, OFF, glTF); dropping a file does the same
- *   viewer --script strokes.txt --screenshot dent.png       # the events of a file, a picture, the end
+ *   viewer --script strokes.txt --screenshot dent.png       # runs the events of a file, writes a picture and ends
  *   viewer --bench                                          # frame times of the tool push, as JSON
  *
  * Keys and buttons: --help, or H in the window. */
@@ -31,7 +32,8 @@ static int read_command_line(struct settings *set, int argc, char **argv)
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
         {"screenshot", CLI_STRING, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
-        {"bench", CLI_FLAG, &set->bench, NULL, "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
+        {"bench", CLI_FLAG, &set->bench, NULL,
+         "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional mesh[] = {{"MESH", &set->mesh, "PLY, OBJ, STL, OFF or glTF; without it a ball", false}};
@@ -46,7 +48,7 @@ static int read_command_line(struct settings *set, int argc, char **argv)
     return cli_parse(&program, argc, argv);
 }
 
-/* With a script or a screenshot the window stays hidden. */
+/* Opens the window, hidden with a script or a screenshot. */
 static int view(struct viewer_app *app, const struct settings *set)
 {
     struct viewer_window window;

@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static char trouble[VIEWER_TEXT]; /* GLFW tells its errors to a function without a user pointer */
+static char trouble[VIEWER_TEXT]; /* GLFW's error callback has no user pointer */
 
 static void on_error(int code, const char *text)
 {
@@ -34,7 +34,8 @@ static void on_move(GLFWwindow *handle, double x, double y) { viewer_app_move(ap
 
 static void on_scroll(GLFWwindow *handle, double x, double y)
 {
-    const bool ctrl = glfwGetKey(handle, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS || glfwGetKey(handle, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
+    const bool ctrl = glfwGetKey(handle, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS
+                   || glfwGetKey(handle, GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
     (void)x;
     viewer_app_scroll(app_of(handle), (float)y, ctrl ? VIEWER_CTRL : 0);
 }
@@ -115,7 +116,7 @@ bool viewer_window_show(void *user, const char *picture)
     struct viewer_window *window = user;
     int width, height;
     glfwGetFramebufferSize(window->handle, &width, &height);
-    if (width <= 0 || height <= 0) { /* an icon */
+    if (width <= 0 || height <= 0) { /* minimized */
         return true;
     }
     if (!viewer_scene_draw(&window->scene, window->app, width, height)) {
@@ -137,7 +138,7 @@ bool viewer_window_loop(struct viewer_window *window)
     while (!window->app->quit && !glfwWindowShouldClose(window->handle)) {
         if (viewer_app_busy(window->app)) {
             glfwPollEvents();
-        } else { /* at rest nothing is computed and nothing drawn */
+        } else { /* at rest nothing is computed or drawn */
             glfwWaitEvents();
             before = elapsed_seconds();
         }

@@ -1,4 +1,4 @@
-/* window.h - the window: GLFW's events go to a viewer_app, its picture comes back. */
+/* window.h - the window: passes GLFW's events to a viewer_app and shows its picture. */
 #ifndef EXAMPLES_VIEWER_WINDOW_H
 #define EXAMPLES_VIEWER_WINDOW_H
 
@@ -11,14 +11,14 @@ struct viewer_window {
     unsigned shown; /* app->looks of the last picture */
 };
 
-/* False: no display, no OpenGL 3.3: one line in `error`, and nothing to close. */
+/* Opens the window. Returns false without a display or OpenGL 3.3, with one line in `error` and nothing to close. */
 bool viewer_window_open(struct viewer_window *window, struct viewer_app *app, bool visible, char error[VIEWER_TEXT]);
 void viewer_window_close(struct viewer_window *window);
 
-/* A picture of the app as it is, and into a PNG file where that is not NULL. A viewer_show_fn. */
+/* Shows a picture of the app, and writes it to a PNG file unless `picture` is NULL. A viewer_show_fn. */
 bool viewer_window_show(void *window, const char *picture);
 
-/* Until the window is closed or the app quits. */
+/* Runs until the window is closed or the app quits. */
 bool viewer_window_loop(struct viewer_window *window);
 
 #endif

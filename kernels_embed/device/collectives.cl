@@ -1,6 +1,6 @@
-/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans, lists. Items
-   meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums, places follow from scans
-   over chunks, and numbers are sorted within each list. */
+/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,
+   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,
+   places follow from scans over chunks, and numbers are sorted within each list. */
 
 /* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */
 
@@ -67,7 +67,8 @@ SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model,
     __global const uchar *bytes = springls__bytes(model, args.chunk.array);
     uint sum = 0;
     int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += bytes[k] == args.chunk.value ? 1u : 0u;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)
+        if (bytes[k] == args.chunk.value) sum++;
     model->work.sums[i] = sum;
 }
 
@@ -77,7 +78,8 @@ SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *mode
     __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);
     float largest = 0.0f;
     int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) largest = springls__max(largest, values[k]);
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)
+        largest = springls__max(largest, values[k]);
     ((__global float *)model->work.sums)[i] = largest;
 }
 

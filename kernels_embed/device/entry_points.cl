@@ -1,4 +1,5 @@
-/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */
+/* entry_points.cl - the kernels that OpenCL starts: each makes the model of its arguments and does its elements. No maths
+   here. */
 #ifndef SPRINGLS__KERNEL_DEVICE_ENTRY_POINTS_CL
 #define SPRINGLS__KERNEL_DEVICE_ENTRY_POINTS_CL
 
@@ -16,26 +17,26 @@
     springls__shape_set(&model, shape);                                                                                          \
     model.params = params;
 
-/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */
+/* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */
 #define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \
     __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__arguments args, int count, int grain)                                                \
+                                         springls__arguments args, int count, int grain)                                        \
     {                                                                                                                            \
         SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
         model.group = springls__alone();                                                                                         \
-        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                  \
+        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                 \
     }
 
-/* ... or a work group. */
+/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */
 #define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \
     __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__arguments args, int count, int grain)                                                \
+                                         springls__arguments args, int count, int grain)                                        \
     {                                                                                                                            \
         __local float memory[floats];                                                                                            \
         SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \
         model.group.item = (int)get_local_id(0);                                                                                 \
         model.group.items = (int)get_local_size(0);                                                                              \
-        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                          \
+        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \
     }
 
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)

@@ -1,9 +1,9 @@
-/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region after the
-   other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any order: minima
-   and sums of integers.
+/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region
+   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any
+   order: minima and sums of integers.
 
-   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of each: a
-   smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */
+   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of
+   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */
 
 typedef struct springls__regions {
     const springls__model *model;
@@ -183,7 +183,8 @@ SPRINGLS__MATHS void springls__vote_of_row(const springls__regions *r, int row)
         }
         if (root < 0) root = springls__region_root(r->label, label);
         for (d = -1; d <= 1; d += 2)
-            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2]) + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])
+            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2])
+                   + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])
                    + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);
     }
 }

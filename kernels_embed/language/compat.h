@@ -69,7 +69,7 @@
   }
 #endif
 
-/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */
 SPRINGLS__MATHS float springls__floor(float x)
 {
     float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;

@@ -1,6 +1,6 @@
-/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
-   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
-   the same order: the bits are the same for every width. */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the
+   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a
+   single number in the same order, so every width gives the same bits. */
 #ifndef SPRINGLS__KERNEL_LANGUAGE_SIMD_H
 #define SPRINGLS__KERNEL_LANGUAGE_SIMD_H
 
@@ -73,7 +73,12 @@ typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LA
 #define springls__vec_of_bits(bits) ((springls__vec)(bits))
 #define springls__vec_not(where) (~(where))
 
-SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
+{
+    return *(const springls__vec_anywhere *)(const void *)from;
+}
+
+
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -87,7 +92,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, sp
     return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
 }
 
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+/* Returns a < b ? a : b, the second where they are equal or not ordered. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
 {
 #if defined(SPRINGLS__SIMD)
@@ -151,9 +156,10 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 #include "width_simd.h"
 #include "vector_body.h"
 
+/* A table for springls__vec_from. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-/* Returns first, first + 1, ...: places along a row of eight. */
+/* Returns first, first + 1, ..., for the places along a row of eight. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
 
 #endif

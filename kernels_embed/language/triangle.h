@@ -18,7 +18,7 @@ typedef struct springls__tri_plan {
 #include "width_simd.h"
 #include "triangle_body.h"
 
-/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
+/* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)

@@ -6,7 +6,7 @@
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
-/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
@@ -36,7 +36,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;

@@ -1,5 +1,5 @@
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   Without a guard, as it stands before every body. */
+   It has no guard because it is included before every body. */
 #undef SPRINGLS__WIDTH
 #undef SPRINGLS__NUM
 #undef SPRINGLS__NUM3

@@ -4,7 +4,7 @@
 
 #include "triangle.h"
 
-/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
 SPRINGLS__MATHS float springls__atan2(float y, float x)
 {
     float ax = springls__fabs(x), ay = springls__fabs(y);
@@ -18,7 +18,7 @@ SPRINGLS__MATHS float springls__atan2(float y, float x)
     return y < 0.0f ? -a : a;
 }
 
-/* The solid angle under which t is seen from x, positive when its normal points away from x. */
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
 SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
 {
     springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);

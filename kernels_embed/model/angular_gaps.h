@@ -1,74 +1,75 @@
-/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
-   two of them opens, springls are missing or the surface ends. */
+/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
+   two of them is wide, springls are missing or the surface ends. */
 #ifndef SPRINGLS__KERNEL_MODEL_ANGULAR_GAPS_H
 #define SPRINGLS__KERNEL_MODEL_ANGULAR_GAPS_H
 
 #include "../language/winding.h"
 
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
 
 typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;             /* the tangent frame */
+    springls__v3 e1, e2;                      /* the tangent frame  */
     float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
     int count;
 } springls__angular_gaps;
 
 SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
 {
-    springls__angular_gaps fan;
-    fan.e1 = springls__any_tangent(n);
-    fan.e2 = springls__cross(n, fan.e1);
-    fan.count = 0;
-    return fan;
+    springls__angular_gaps gaps;
+    gaps.e1 = springls__any_tangent(n);
+    gaps.e2 = springls__cross(n, gaps.e1);
+    gaps.count = 0;
+    return gaps;
 }
 
-/* Adds a neighbour at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)
+/* Adds a neighbor at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
 {
-    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
     int i;
-    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;
+    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
     angle = springls__atan2(v, u);
-    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
-    fan.angle[i] = angle;
-    fan.count++;
-    return fan;
+    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
+    gaps.angle[i] = angle;
+    gaps.count++;
+    return gaps;
 }
 
-/* The two largest angles without a neighbour, and the direction that halves the largest. */
+/* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
 {
     const float turn = 6.28318531f, over_pi = 0.318309886f;
-    springls__widest_gap opening;
+    springls__widest_gap widest;
     float from, middle;
     int i;
-    opening.angle = turn;
-    opening.second = 0.0f;
-    opening.middle = fan.e1;
-    if (fan.count == 0) return opening;
-    from = fan.angle[fan.count - 1];
-    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < fan.count; i++) {
-        float angle = fan.angle[i] - fan.angle[i - 1];
-        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
-        if (angle <= opening.angle) continue;
-        opening.angle = angle;
-        from = fan.angle[i - 1];
+    widest.angle = turn;
+    widest.second = 0.0f;
+    widest.middle = gaps.e1;
+    if (gaps.count == 0) return widest;
+    from = gaps.angle[gaps.count - 1];
+    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps.count; i++) {
+        float angle = gaps.angle[i] - gaps.angle[i - 1];
+        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
+        if (angle <= widest.angle) continue;
+        widest.angle = angle;
+        from = gaps.angle[i - 1];
     }
-    middle = (from + 0.5f * opening.angle) * over_pi;
-    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
-    return opening;
+    middle = (from + 0.5f * widest.angle) * over_pi;
+    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
+                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+    return widest;
 }
 
-/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
-   two sides open, its end and a drop nearly all. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
+/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+   two wide gaps; its end and a drop leave nearly all open. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 {
     const float degree = 0.0174532925f;
-    springls__widest_gap opening = springls__angular_gaps_widest(fan);
-    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
+    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
+    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
 }
 
 #endif

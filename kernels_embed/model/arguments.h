@@ -1,4 +1,5 @@
-/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are voxels. */
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
+   voxels. */
 #ifndef SPRINGLS__KERNEL_MODEL_ARGUMENTS_H
 #define SPRINGLS__KERNEL_MODEL_ARGUMENTS_H
 
@@ -10,7 +11,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* edge_suspect. search: 1 finds edges by their normals, 0 follows those of the last step. */
+/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
 /* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
@@ -28,7 +29,8 @@ typedef struct springls__color_arguments { int color; } springls__color_argument
 /* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
 typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
 
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are left. */
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; last: 1 gives the old value to voxels that are
+   left. */
 typedef struct springls__resolve_arguments { float min_sum; int last; } springls__resolve_arguments;
 
 /* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */

@@ -1,12 +1,12 @@
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
-   `large` instead, so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
+   is listed in `large` instead, so that one huge triangle does not widen every search. */
 #ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 #define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 
 #include "grid.h"
 #include "model.h"
 
-/* The cell of a voxel within its brick. */
+/* Returns the cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
 {
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
@@ -42,7 +42,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     return walk;
 }
 
-/* The next springl, or -1 at the end. */
+/* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
     while (walk->next == walk->end) {
@@ -69,14 +69,14 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* All springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
                                      springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
-/* All springls of which some point may lie within `radius` of the box. */
+/* Begins a walk over all springls of which some point may lie within `radius` of the box. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
                                                                springls__v3 upper, float radius)
 {
@@ -85,20 +85,22 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
                                      springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
 }
 
-/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
+/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
+/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
+    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
     (void)args;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
-                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
@@ -150,7 +152,8 @@ SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, 
             model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
 }
 
-/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around counts. */
+/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around
+   counts. */
 SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
     uint32_t mask = 0;

@@ -1,6 +1,6 @@
-/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence
-   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are
-   exact to third order, where copying (section 4.7) is exact to none. */
+/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as
+   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order
+   accuracy; copying (section 4.7) has none. */
 #ifndef SPRINGLS__KERNEL_MODEL_FIT_H
 #define SPRINGLS__KERNEL_MODEL_FIT_H
 
@@ -8,7 +8,7 @@
 
 #define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
-#define SPRINGLS__FIT_RADIUS 2.5f
+#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
 typedef struct springls__fit {
     springls__v3 origin, e1, e2, n; /* the tangent frame */
@@ -60,10 +60,10 @@ SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 
     return fit;
 }
 
-/* What the fit says at its origin. */
+/* The fitted surface at the origin. */
 typedef struct springls__fit_result {
     springls__v3 point, normal, a;
-    int ok; /* 0: too few neighbours, or they lie on a line */
+    int ok; /* 0: too few neighbors, or they lie on a line */
 } springls__fit_result;
 
 /* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */
@@ -82,7 +82,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
             float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* relative to the weights: coordinates are at most 1 */
+                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* coordinates are at most 1 */
                 l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
@@ -109,8 +109,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide
-   hole, a height would be a guess: the place stays. */
+/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
+   wide hole, the height is unreliable: the place stays. */
 SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);

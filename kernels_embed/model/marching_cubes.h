@@ -95,7 +95,7 @@ SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
 
 SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
 
-/* The case of a cube: bit c is set when corner c is inside. */
+/* Returns the case of a cube: bit c is set when corner c is inside. */
 SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 {
     int mask = 0, c;
@@ -105,7 +105,7 @@ SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 
 SPRINGLS__MATHS int springls__mc_count(int mask) { return (int)springls__mc_triangle_count[mask]; }
 
-/* The edge that carries vertex 0, 1 or 2 of a triangle. */
+/* Returns the edge that carries vertex 0, 1 or 2 of a triangle. */
 SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 {
     return (int)springls__mc_triangles[mask][3 * triangle + vertex];
@@ -113,7 +113,7 @@ SPRINGLS__MATHS int springls__mc_edge(int mask, int triangle, int vertex)
 
 SPRINGLS__MATHS int springls__mc_edge_axis(int edge) { return edge >> 2; }
 
-/* The corner where an edge begins; it ends at this corner | 1 << axis. */
+/* Returns the corner where an edge begins; it ends at this corner | 1 << axis. */
 SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
 {
     int k = edge & 3;
@@ -176,12 +176,15 @@ SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, i
     return cell;
 }
 
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
+                                                   int edge)
 {
-    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,
+                              springls__mc_edge_crossing(cell, edge));
 }
 
-SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x,
+                                                      int y, int z, int triangle)
 {
     springls__tri t;
     t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));

@@ -1,4 +1,4 @@
-/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */
 #ifndef SPRINGLS__KERNEL_MODEL_MODEL_H
 #define SPRINGLS__KERNEL_MODEL_MODEL_H
 
@@ -16,7 +16,7 @@
    A row of a list makes the member, the memory on host and device, the kernel argument and the bit of an array:
    X(NAME, element type, elements that belong together, struct of the model, member). */
 
-/* Lists what a springl has. Splitting, filling, compaction, combination and snapshots follow this list, snapshots in this order. */
+/* Lists what a springl has: every place that stores, copies or drops springls follows this list, snapshots in its order. */
 #define SPRINGLS__SPRINGL_ARRAYS(X)                                                                                              \
     X(S, springls__springl, 1, set, s)              /* triangle and particle                                                  */ \
     X(A, springls__v3, 1, set, a)                   /* correspondence on the original surface                                 */ \
@@ -37,13 +37,13 @@
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, at most params.capture_range; below 0: unknown */\
+    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */ \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
 #define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
 
-/* Lists what is found again of the springls whenever it is needed: first what has an element for each of them. */
+/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
@@ -53,22 +53,23 @@
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what a device needs to move springls by itself (advect.h). */
+/* Lists what moves springls on a device (advect.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
     X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
-    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1]) X(SCRATCH2, uint8_t, 1, work, scratch[2]) \
-    X(SCRATCH3, uint8_t, 1, work, scratch[3]) X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5]) \
+    X(SCRATCH0, uint8_t, 1, work, scratch[0]) X(SCRATCH1, uint8_t, 1, work, scratch[1])                                          \
+    X(SCRATCH2, uint8_t, 1, work, scratch[2]) X(SCRATCH3, uint8_t, 1, work, scratch[3])                                          \
+    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \
     X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
     X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
     X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
-    X(SPARE, springls__record, 1, work, spare) /* springls on their way to another place                              */
+    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
 
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
@@ -113,15 +114,15 @@ typedef struct springls__record {
 #define SPRINGLS__RESHAPE 2
 #define SPRINGLS__UNDECIDED 3
 
-/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
-   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
+/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,
+   far outside and far inside, so that every brick of the top table can be read without a test. */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
 #define SPRINGLS__INSIDE 1
 #define SPRINGLS__FIRST_SLOT 2
-#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */
-#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
+#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
+#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                */
@@ -131,7 +132,7 @@ typedef struct springls__grid {
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
 } springls__grid;
 
-/* Springls by the cell of their particle (cell_list.h), by brick they come near, and by vertex they are near to. */
+/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
@@ -148,7 +149,7 @@ typedef struct springls__work_arrays {
     SPRINGLS__DEVICE_ARRAYS(SPRINGLS__ARRAY_MEMBER)
 } springls__work_arrays;
 
-/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+/* The work items that share a brick: item `item` of `items` does rows item, item + items, ... of its 64. The host has one. */
 #define SPRINGLS__ROWS 64
 
 typedef struct springls__group { int item, items; } springls__group;
@@ -183,10 +184,7 @@ typedef struct springls__model {
 SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
-#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
-
-/* The numbers that one run of a kernel is given besides. */
-typedef struct springls__job { int i[4]; float f[4]; } springls__job;
+#define SPRINGLS__NEIGHBOR_ROW 24 /* edges a springl, of its three vertices                           */
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -204,10 +202,16 @@ SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
     return t;
 }
 
-SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }
+SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
+{
+    return springls__tri_normal(springls__springl_tri(s));
+}
 
-/* Does springl i lie at a sharp edge that is to be kept? */
-SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
+/* Returns true when springl i lies at a sharp edge that is to be kept. */
+SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
+{
+    return model->params.keep_edges && model->set.edge[i];
+}
 
 SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
 
@@ -237,7 +241,8 @@ SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i,
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
-SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
+SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a,
+                                           uint32_t generation, uint8_t mask)
 {
     springls__record record;
     record.s = s;
@@ -250,14 +255,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* phi has been made to follow the springls. */
+/* Marks particle i as one that phi follows: notes its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* To SCRATCH7: how far a particle has come since then, squared. */
+/* Finds how far particle i has come since then, squared. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;

@@ -1,4 +1,4 @@
-/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
 #ifndef SPRINGLS__KERNEL_MODEL_NEIGHBORHOOD_H
 #define SPRINGLS__KERNEL_MODEL_NEIGHBORHOOD_H
 
@@ -6,7 +6,7 @@
 #include "cell_list.h"
 #include "model.h"
 
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
 SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
@@ -15,8 +15,8 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float d2, reach = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        float d2, within = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
@@ -27,34 +27,36 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     return nearest;
 }
 
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
+/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
+   `high` above or below its tangent plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
 {
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
     }
-    return springls__angular_gaps_widest(fan);
+    return springls__angular_gaps_widest(gaps);
 }
 
-/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
-   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
+/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
+   a voxel may break. Particles of both sides count; those right above or below have no direction. */
 SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps fan = springls__angular_gaps_begin(n);
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
-    return springls__spans_sheet(fan) != 0;
+    return springls__spans_sheet(gaps) != 0;
 }
 
 #endif

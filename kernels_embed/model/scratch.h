@@ -1,6 +1,6 @@
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
-   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in use at a
-   time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
+   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
 #ifndef SPRINGLS__KERNEL_MODEL_SCRATCH_H
 #define SPRINGLS__KERNEL_MODEL_SCRATCH_H
 

@@ -1,6 +1,7 @@
-/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
-   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
-   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
+/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
+   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
+   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns
+   it. */
 #ifndef SPRINGLS__KERNEL_OUTPUT_ISOSURFACE_H
 #define SPRINGLS__KERNEL_OUTPUT_ISOSURFACE_H
 
@@ -21,7 +22,7 @@ SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube
 SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
 SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
 
-/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
+/* Returns the place of cube (x, y, z), each from -1 on, among those of a brick. */
 SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
@@ -29,7 +30,7 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const spring
     return springls__cubes(model) + (size_t)i * SPRINGLS__CUBES;
 }
 
-/* Triangles of a brick before each of its rows of cubes. */
+/* Returns the triangles of active brick i before each of its rows of cubes. */
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
 {
     return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
@@ -38,8 +39,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const spr
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
 typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
 
-/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest
-   number. Cubes that begin before the domain belong to the bricks at its border. */
+/* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the
+   first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */
 SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
 {
     const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
@@ -67,8 +68,8 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     return owner;
 }
 
-/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some
-   of the rest. */
+/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in
+   other bricks, some of the rest. mask: its case. */
 SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
 {
     uint32_t own = 0u;
@@ -91,7 +92,7 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
     return own;
 }
 
-/* Which voxels of a row of a tile are inside, one bit each. */
+/* Returns which voxels of a row of a tile are inside, as bits. */
 SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
 {
     uint32_t signs = 0u;
@@ -100,7 +101,7 @@ SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row
     return signs;
 }
 
-/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
+/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
 SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
 {
     uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
@@ -113,7 +114,7 @@ SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, 
     return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
 }
 
-/* The case of the cube at x among them. */
+/* Returns the case of the cube at x between them. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
     uint32_t mask = 0u;
@@ -122,10 +123,10 @@ SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
     return (int)mask;
 }
 
-/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
+/* Floats that work items share: a tile, its signs (whole numbers), and counts of the rows of cubes: triangles, vertices. */
 #define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
 
-/* A row of cubes of active brick i; vertices are counted from the row's begin. */
+/* Counts row n of the cubes of active brick i, and fills them in; vertices are counted from the row's begin. */
 SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
                                          SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
 {
@@ -134,7 +135,8 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
     uint32_t row[4], triangles = 0u, vertices = 0u, own;
     int x;
     for (x = 0; x < 9; x++) cubes[x] = 0u;
-    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2]
+        && springls__signs_around(signs, y, z, row))
         for (x = range->lo[0]; x <= range->hi[0]; x++) {
             int mask = springls__case_between(row, x);
             if (springls__mc_count(mask) == 0) continue;
@@ -147,9 +149,9 @@ SPRINGLS__MATHS void springls__count_row(const springls__model *model, const spr
     rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
 }
 
-/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
-   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Finds the cubes of active brick i, 0 for those without triangles, and counts their triangles and vertices. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__arguments args, int i,
+                                                     SPRINGLS__LOCAL float *tile)
 {
     const springls__group group = model->group;
     SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
@@ -182,7 +184,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
     }
 }
 
-/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
+/* Returns the number of a vertex that another cube owns, which numbers its vertices in the order of its triangles. */
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
@@ -199,9 +201,9 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
     return number;
 }
 
-/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
-SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
-                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+/* Writes the vertices that a cube owns, and its triangles from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y,
+                                            int z, springls__mc_cell cell, springls__cube cube, uint32_t first)
 {
     SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
     SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
@@ -221,8 +223,9 @@ SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const 
     }
 }
 
-/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Writes vertices and triangles of active brick i. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__arguments args, int i,
+                                               SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
@@ -244,7 +247,7 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
     }
 }
 
-/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
+/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     springls__v3 a = model->set.a[springl];
@@ -252,7 +255,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
     return fit.ok ? fit.a : a;
 }
 
-/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
+/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
 SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__v3 x = springls__surface_positions(model)[i];

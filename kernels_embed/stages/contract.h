@@ -1,4 +1,4 @@
-/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
+/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
 #ifndef SPRINGLS__KERNEL_STAGES_CONTRACT_H
 #define SPRINGLS__KERNEL_STAGES_CONTRACT_H
 
@@ -6,7 +6,7 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
-/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
+/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
 {
     springls__v3 ab = springls__sub(b, a), ac = springls__sub(c, a);
@@ -14,16 +14,18 @@ SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, sp
     return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
 }
 
-/* True when an angle lies outside [min, max], given by their cosines, or the area is too small. */
+/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
 SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
 {
-    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a), c = springls__corner_cosine(t.c, t.a, t.b);
+    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);
+    float c = springls__corner_cosine(t.c, t.a, t.b);
     float largest = springls__max(a, springls__max(b, c)), smallest = springls__min(a, springls__min(b, c));
     float area2 = springls__length2(springls__tri_area2(t));
     return largest > cos_min_angle || smallest < cos_max_angle || area2 < 4.0f * min_area * min_area || area2 < 1e-12f;
 }
 
-/* An equilateral triangle about p, facing n, of the given area; its first vertex points the way of `toward`. */
+/* Returns an equilateral triangle about p, facing n, of the given area (voxel^2); its first vertex lies in the direction
+   `toward`. */
 SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3 n, springls__v3 toward, float area)
 {
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
@@ -40,27 +42,28 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
-/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
-   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
+   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
 SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
-    const float reach = 1.6f, aside = 1.0f;
+    const float range = 1.6f, aside = 1.0f; /* voxels */
     float depth = -springls__dot(d, n), d2 = springls__length2(d);
-    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
-    const float reach = 1.5f;
-    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
+    const float range = 1.5f; /* voxels */
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
 }
 
-/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
-   grid are far from the zero level. */
+/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are
+   far from the zero level. */
 SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
-    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
+                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),
                                             springls__clamp(x.z, -1.0f, (float)g->size[2]));
     return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
 }
@@ -71,9 +74,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
-   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
+   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front
+   of either; in front of springls left over where two bodies have merged it is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -88,7 +91,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */
+        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
         m = springls__springl_normal(model->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
         beside += springls__is_beside(d, n, m);
@@ -97,47 +100,48 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
-/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
-   the projection hold phi near zero. */
+/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
+   zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
 {
     const float ahead = 0.75f, deep = -0.2f;
     return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
 }
 
-/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    *fate = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
-    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), args.contract.min_angle_cosine, args.contract.max_angle_cosine,
-                                                           model->params.min_area))
-        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
+    *action = SPRINGLS__KEEP;
+    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
+    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    else if (!model->set.mask[i]
+             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
+        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
 }
 
-/* A good shape about the same particle, which keeps its exact path and correspondence. */
+/* Gives springl i a good shape about the same particle, which keeps its exact path and correspondence. */
 SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
+    const float smallest = 0.15f; /* voxel^2: a collapsed triangle must come near its neighbors again */
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
     float area = 0.5f * springls__length(area2);
     (void)args;
     if (springls__contract_action(model)[i] != SPRINGLS__RESHAPE) return;
-    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    n = springls__normalize(area > 1e-4f ? area2 : springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
-   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+/* Decides about springl i in a round of merging: of two springls of one side closer than merge_distance the younger is removed.
+   It stays undecided until all older ones near it are decided, so that only springls that are kept remove others. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     const float r = model->params.merge_distance;
     springls__springl s = model->set.s[i];
@@ -149,9 +153,9 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
-        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
     return decided;
@@ -159,18 +163,19 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
 
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__contract_action(model);
-    uint8_t now = fate[i];
+    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
+    uint8_t current = action[i];
     (void)args;
-    springls__next_contract_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
+    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
+    springls__next_contract_action(model)[i] = current;
 }
 
-/* All that are kept so far are undecided. */
+/* Makes springl i undecided unless it is removed already. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *fate = springls__contract_action(model) + i;
+    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
+    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;
 }
 
 #endif

@@ -5,7 +5,7 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
+/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
 SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
 {
@@ -39,7 +39,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, spring
     return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
 }
 
-/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+/* Writes phi of a row of eight voxels after one step of eq. 23 where |phi| <= width; phi and omega point into tiles. */
 SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
                                           float step, SPRINGLS__GLOBAL float *out)
 {
@@ -47,14 +47,17 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec c = springls__vec_load(phi + i);
         springls__vmask inside = springls__vec_fabs(c) <= width;
-        if (springls__vec_any(inside))
-            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        if (springls__vec_any(inside)) {
+            springls__vec next = springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+            c = springls__vec_select(inside, next, c);
+        }
         springls__vec_store(out + i, c);
     }
 }
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
+                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
@@ -70,7 +73,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         springls__evolve_row(phi + at, omega + at, width, step, out);
         for (x = 0; x < 8 && lambda != 0.0f; x++) {
             if (springls__fabs(phi[at + x]) > width) continue;
-            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
             out[x] += step * lambda * springls__curvature_motion(block);
         }
     }

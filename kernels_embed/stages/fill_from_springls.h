@@ -1,4 +1,4 @@
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */
 #ifndef SPRINGLS__KERNEL_STAGES_FILL_FROM_SPRINGLS_H
 #define SPRINGLS__KERNEL_STAGES_FILL_FROM_SPRINGLS_H
 
@@ -11,12 +11,13 @@
 #include "project.h"
 #include "track.h"
 
-/* A springl to be. */
+/* A springl to add. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
 
-/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */
 #define SPRINGLS__SEED_DISTANCE 0.7f
-#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
+/* Voxels: largest distance of a seed from its springl: 0.85 aside, and the fit moves it by at most 1. */
+#define SPRINGLS__SEED_RANGE 1.85f
 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
@@ -37,7 +38,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__
     return true;
 }
 
-/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+/* Returns the mean square distance (voxel^2) of p, facing n, from the surfaces that the springls around it span. */
 SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
@@ -46,28 +47,28 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
-        weight += say.weight;
-        value += say.weight * say.distance * say.distance;
+        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        weight += estimate.weight;
+        value += estimate.weight * estimate.distance * estimate.distance;
     }
     return weight > 0.0f ? value / weight : FLT_MAX;
 }
 
-/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
-   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+/* Finds the springl missing beside springl i: in the middle of the widest angular gap between its neighbors, on the surface
+   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
     const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
-    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
+    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap gap = springls__widest_gap_at(model, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
     seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
-    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
-    x = springls__mad(s->p, opening.middle, away);
+    if (gap.angle <= widest || springls__at_edge(model, i)) return seed; /* at an edge a side ends */
+    x = springls__mad(s->p, gap.middle, away);
     if (!springls__has_room(model, x, n)) return seed;
     fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
@@ -81,7 +82,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     return seed;
 }
 
-/* To SCRATCH1, and its fate to SCRATCH2. */
+/* Finds the seed beside springl i, if any. */
 SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__seed seed = springls__seed_beside(model, i);
@@ -90,20 +91,20 @@ SPRINGLS__MATHS void springls__seed_element(const springls__model *model, spring
     springls__seed_action(model)[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
 }
 
-/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
-   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
+/* Decides about seed i in a round of choosing: it is kept unless an earlier kept seed is too close. It stays undecided until all
+   earlier seeds near it are decided. */
 SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int i)
 {
     SPRINGLS__GLOBAL const springls__seed *seeds = springls__seeds(model);
-    SPRINGLS__GLOBAL const uint8_t *fate = springls__seed_action(model);
+    SPRINGLS__GLOBAL const uint8_t *action = springls__seed_action(model);
     springls__seed seed = seeds[i];
-    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
+    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE
+        if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
-        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
     return decided;
@@ -111,20 +112,19 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
 
 SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint8_t now = springls__seed_action(model)[i];
+    uint8_t current = springls__seed_action(model)[i];
     (void)args;
-    springls__next_seed_action(model)[i] = now == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : now;
+    springls__next_seed_action(model)[i] = current == SPRINGLS__UNDECIDED ? springls__decide_seed(model, i) : current;
 }
 
-/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
+/* Flags seed i in seed_number when it is kept. */
 SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__seed_number(model)[i] =
-        springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
+    springls__seed_number(model)[i] = springls__seed_action(model)[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
-/* The first job.i[0] accepted seeds become springls. */
+/* Makes a springl of seed i, if it is among the first args.insert.count that are kept. */
 SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__arguments args, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */

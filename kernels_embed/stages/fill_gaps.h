@@ -9,11 +9,12 @@
 #include "../model/model.h"
 #include "track.h"
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
-   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
+/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,
+   within `covered_on_sheets`. Near thin sheets the zero level moves with the few voxels that happen to lie inside. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
+                                          springls__exposure_arguments distance)
 {
-    const float r = springls__max(on_sheets, covered);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -21,8 +22,8 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float reach = r + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        float within = r + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
@@ -31,16 +32,31 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
 
-#define SPRINGLS__CUBES 729 /* a brick */
+#define SPRINGLS__CUBES 729 /* of marching cubes, a brick: 9 x 9 x 9 */
 
-/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *tile)
+/* Returns the exposed triangles of a cube: bit k for the k-th one. */
+SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *model, const springls__cube_range *range,
+                                                     springls__mc_cell cell, int x, int y, int z,
+                                                     springls__exposure_arguments distance)
+{
+    int mask = springls__mc_case(cell), k;
+    uint32_t bits = 0u;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;
+    }
+    return bits;
+}
+
+/* Finds the exposed triangles of active brick i, and how many they are. */
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__arguments args, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
     uint32_t count = 0u;
-    int x, y, z, k, row;
+    int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < 81; row += model->group.items) {
@@ -50,20 +66,15 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
         if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
         for (x = range.lo[0]; x <= range.hi[0]; x++) {
             springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-            int mask = springls__mc_case(cell);
-            for (k = 0; k < springls__mc_count(mask); k++) {
-                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), args.exposure.covered,
-                                           args.exposure.covered_on_sheets)) continue;
-                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
-                count++;
-            }
+            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);
+            exposed[9 * row + x + 1] = (uint8_t)bits;
+            for (; bits; bits &= bits - 1u) count++;
         }
     }
     if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
-/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
+/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
 SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
@@ -78,7 +89,7 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
             springls__tri t;
             springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
-            if (at >= args.insert.count) return; /* no more room, maybe since another brick */
+            if (at >= args.insert.count) return;
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
             p = springls__tri_centroid(t);
             springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
@@ -86,12 +97,12 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
     }
 }
 
-/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
+/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
     int first = args.fit.first, n = first + i, m;
     springls__springl s = model->set.s[n];
-    springls__v3 a = springls__adopt_correspondence(model, s, first);
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -102,7 +113,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
     }
     model->set.s[n] = s;
     model->set.a[n] = springls__project_on_original(model, a);
-    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
+    model->set.synced_position[n] = s.p;
 }
 
 #endif

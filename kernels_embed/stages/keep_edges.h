@@ -1,6 +1,6 @@
-/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
-   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
-   however strong the curvature. */
+/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
+   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no
+   sides, however strong the curvature. */
 #ifndef SPRINGLS__KERNEL_STAGES_KEEP_EDGES_H
 #define SPRINGLS__KERNEL_STAGES_KEEP_EDGES_H
 
@@ -9,18 +9,20 @@
 #include "../model/model.h"
 #include "project.h"
 
-#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
-#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
-#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */
-#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
-#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
-#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
-#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
+#define SPRINGLS__SIDES 3             /* at most: a corner                                         */
+#define SPRINGLS__TRIES 6             /* directions tried for sides                                */
+#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
+#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
+#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
+#define SPRINGLS__NARROW 0.4f         /* voxel: see springls__find_sides                           */
+#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
+#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
+#define SPRINGLS__CONCAVE 2
 
-/* Of `count` sides; 0 or 1: no crease here. */
+/* `count` sides; 0 or 1: no crease here. */
 typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
 
-/* The side that a normal belongs to; -1: none. */
+/* Returns the side that a normal belongs to; -1: none. */
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
@@ -34,7 +36,7 @@ SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 
     return best;
 }
 
-/* Where the places of a side lie, in two tangent coordinates. */
+/* Moments of the places of a side in two tangent coordinates. */
 typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;
 
 SPRINGLS__MATHS springls__patch springls__patch_begin(void)
@@ -56,7 +58,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Their variance in the direction in which it is least. */
+/* Returns their variance in the direction in which it is least. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -65,34 +67,50 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
     return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
 }
 
-/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
+/* A direction, and the weight of the springls that face it. */
 typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
 
+SPRINGLS__MATHS bool springls__is_tried(const springls__v3 *tried, int tries, springls__v3 n)
+{
+    int j;
+    for (j = 0; j < tries; j++)
+        if (springls__dot(tried[j], n) >= SPRINGLS__APART) return true;
+    return false;
+}
+
+/* Returns the mean direction of the springls that face like number i, and their weight. */
+SPRINGLS__MATHS springls__support springls__support_of(int i, const springls__v3 *n, const float *weight, int count)
+{
+    springls__support support;
+    int j;
+    support.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+    support.weight = 0.0f;
+    for (j = 0; j < count; j++) {
+        if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
+        support.weight += weight[j];
+        support.normal = springls__mad(support.normal, n[j], weight[j]);
+    }
+    support.normal = springls__normalize(support.normal);
+    return support;
+}
+
+/* Returns the direction with the largest weight among those of some of the springls, away from the directions tried before. */
 SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
                                                       const float *weight, int count)
 {
-    springls__support best;
-    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
+    springls__support best, support;
+    int i, stride = count / 24 + 1;
     best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
     best.weight = 0.0f;
     for (i = 0; i < count; i += stride) {
-        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float support = 0.0f;
-        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
-        if (!elsewhere) continue;
-        for (j = 0; j < count; j++) {
-            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
-            support += weight[j];
-            sum = springls__mad(sum, n[j], weight[j]);
-        }
-        if (support <= best.weight) continue;
-        best.weight = support;
-        best.normal = springls__normalize(sum);
+        if (springls__is_tried(tried, tries, n[i])) continue;
+        support = springls__support_of(i, n, weight, count);
+        if (support.weight > best.weight) best = support;
     }
     return best;
 }
 
-/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
+/* The middle of the springls of a side, and how narrow a strip they are: their least variance, voxel^2. */
 typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
 
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
@@ -119,18 +137,15 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
     return strip;
 }
 
-/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
-   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
-   that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
-                                                     int count, float narrow, int certain)
+/* Finds sides with a twelfth of the weight each, at least, and none a strip narrower than `narrow`: rows of triangles round a
+   thin rim are no sides. */
+SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                         int count, float narrow)
 {
-    const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
     springls__sides sides;
-    float total = 0.0f, stray = 0.0f;
-    int i, s, tries = 0;
+    float total = 0.0f;
+    int i, tries = 0;
     sides.count = 0;
     for (i = 0; i < count; i++) total += weight[i];
     while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
@@ -143,33 +158,59 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
         sides.middle[sides.count] = strip.middle;
         sides.normal[sides.count++] = side.normal;
     }
-    for (total = 0.0f, i = 0; i < count; i++) {
-        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
-        for (s = 0; s < sides.count; s++) {
-            float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies
-                   || (along > 0.3f
-                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
-            away = away && along < SPRINGLS__AWAY;
-        }
-        if (lies) total += weight[i];
-        else if (!away) stray += weight[i];
-    }
-    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;
     return sides;
 }
 
-/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */
+/* Returns true when a springl faces as a side does, or lies on one within `distance` (voxels), whichever of several ways it has
+   been turned. */
+SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)
+{
+    int s;
+    if (springls__side_of(*sides, n) >= 0) return true;
+    for (s = 0; s < sides->count; s++)
+        if (springls__dot(n, sides->normal[s]) > 0.3f
+            && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;
+    return false;
+}
+
+/* Returns true when a springl faces away from all sides: it is of another sheet. */
+SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls__v3 n)
+{
+    int s;
+    for (s = 0; s < sides->count; s++)
+        if (springls__dot(n, sides->normal[s]) >= SPRINGLS__AWAY) return false;
+    return true;
+}
+
+/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
+   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
+{
+    const float distance = certain ? 0.06f : 0.15f; /* voxel */
+    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
+    float on = 0.0f, stray = 0.0f;
+    int i;
+    for (i = 0; i < count; i++) {
+        if (springls__is_on_side(&sides, p[i], n[i], distance)) on += weight[i];
+        else if (!springls__faces_away(&sides, n[i])) stray += weight[i];
+    }
+    if (stray * (certain ? 12.0f : 5.0f) > on) sides.count = 0;
+    return sides;
+}
+
+/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */
 SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
 {
     springls__v3 d = springls__sub(q, p);
     return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
 }
 
-/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two
-   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */
+/* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */
 SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
 
+/* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come
+   first whose edge is of another kind than the others. */
 SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
 {
     if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
@@ -178,11 +219,11 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
-/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
-   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
+/* Returns phi at a crease: the height over the sides, unless it is too far from phi to be of this surface. The limit is wider
+   than in springls__corrected_phi, as triangles that stick out beyond an edge move the evolved value. */
 SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
 
-/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
+/* Turns v by the least rotation that takes unit vector n to m; returns v itself when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
 {
     springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);
@@ -191,65 +232,67 @@ SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, s
     return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
 }
 
-/* The springls about a place. */
+/* The springls about a place, with weights that fall with their distance. */
 typedef struct springls__sample_set {
     springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];
     float weight[SPRINGLS__SAMPLE_SET_SIZE];
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* False when it is full. */
-SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+/* Adds one; false when the set is full. */
+SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
+                                              float weight, int id)
 {
-    int i = crowd->count;
+    int i = samples->count;
     if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;
-    crowd->p[i] = p;
-    crowd->n[i] = n;
-    crowd->a[i] = a;
-    crowd->weight[i] = weight;
-    crowd->id[i] = id;
-    crowd->count++;
+    samples->p[i] = p;
+    samples->n[i] = n;
+    samples->a[i] = a;
+    samples->weight[i] = weight;
+    samples->id[i] = id;
+    samples->count++;
     return true;
 }
 
-/* narrow, certain: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)
+/* Finds the sides of a set: see springls__find_sides. */
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)
 {
-    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
+    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
 }
 
-/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */
+/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
+   set. */
 SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
-                                            springls__sample_set *crowd)
+                                            springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
     const float least = 0.3f;
     int i;
-    crowd->count = 0;
+    samples->count = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
-        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* they lie on each other: these will do */
+        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (radius < least) return; /* they lie on each other: these are enough */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
-        crowd->count = 0;
+        samples->count = 0;
     }
 }
 
-/* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,
+/* Fits the surface of one side about x, without springl `self`. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *samples, springls__sides sides, int side,
                                                         springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
     springls__fit_result result;
     int i;
-    for (i = 0; i < crowd->count; i++)
-        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
-            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
+    for (i = 0; i < samples->count; i++)
+        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
+            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
     if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
     if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
@@ -258,88 +301,117 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     return result;
 }
 
-/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
-   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
-   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,
-                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
+/* Fits the surface of every side about x; returns how many fits are good. */
+SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
+{
+    int side, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        fit[side] = springls__fit_side(samples, sides, side, x, a0, self);
+        good += fit[side].ok != 0;
+    }
+    return good;
+}
+
+/* Returns the side whose fitted surface is nearest to x; of two as near the one that faces more like n. */
+SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRINGLS__SIDES], int count, springls__v3 x,
+                                           springls__v3 n)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
-    springls__fit_result fit[SPRINGLS__SIDES], result;
-    float least = FLT_MAX;
-    int side, best = -1, good = 0;
-    for (side = 0; side < sides.count; side++) {
-        float off;
-        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
+    float least = FLT_MAX, off;
+    int side, best = -1;
+    for (side = 0; side < count; side++) {
         if (!fit[side].ok) continue;
-        good++;
         off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
         if (off >= least) continue;
         least = off;
         best = side;
     }
+    return best;
+}
+
+/* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the
+   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
+   SPRINGLS__CONCAVE. */
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
+{
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);
     result.ok = good >= at_least;
     result.point = x;
     result.normal = n;
     result.a = a0;
     if (!result.ok) return result;
+    best = springls__nearest_side(fit, sides.count, x, n);
     result = fit[best];
     for (side = 0; side < sides.count; side++) {
         int convex;
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
+        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
     return result;
 }
 
-/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__sides sides;
     int i, edges = 0;
     if (model->set.at_edges == 0) return false;
-    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
-    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
+    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
+    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
     if (edges == 0) return false;
-    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);
+    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
-    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
+    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     return result->ok != 0;
 }
 
-/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
-SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)
+/* Returns the mean distance of x over one side, and the middle of that side. */
+SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,
+                                                              int side, springls__v3 x, springls__v3 *middle)
 {
-    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;
-    springls__v3 p[SPRINGLS__SIDES];
-    float height[SPRINGLS__SIDES];
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
     springls__estimate all;
-    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
+    int i;
     all.weight = all.distance = 0.0f;
-    if (sides.count == 0) return all;
+    for (i = 0; i < samples->count; i++) {
+        springls__estimate one;
+        if (springls__side_of(sides, samples->n[i]) != side) continue;
+        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);
+        all.weight += one.weight;
+        all.distance += one.weight * one.distance;
+        sum = springls__mad(sum, samples->p[i], one.weight);
+    }
+    if (all.weight < SPRINGLS__MIN_WEIGHT) return all;
+    *middle = springls__scale(sum, 1.0f / all.weight);
+    all.distance = all.distance / all.weight;
+    return all;
+}
+
+/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
+{
+    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;
+    float height[SPRINGLS__SIDES];
+    springls__estimate all, one;
+    springls__v3 p[SPRINGLS__SIDES];
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;
+    all.weight = all.distance = 0.0f;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {
-        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f, value = 0.0f;
-        for (i = 0; i < crowd->count; i++) {
-            springls__estimate say;
-            if (springls__side_of(sides, crowd->n[i]) != side) continue;
-            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
-            weight += say.weight;
-            value += say.weight * say.distance;
-            middle = springls__mad(middle, crowd->p[i], say.weight);
-        }
-        if (weight < 1e-3f) continue;
-        p[known.count] = springls__scale(middle, 1.0f / weight);
-        height[known.count] = value / weight;
+        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);
+        if (one.weight < SPRINGLS__MIN_WEIGHT) continue;
+        height[known.count] = one.distance;
         known.normal[known.count++] = sides.normal[side];
-        all.weight += weight;
+        all.weight += one.weight;
     }
     if (known.count == 0) return all;
     if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
@@ -351,9 +423,9 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
     return all;
 }
 
-/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
-   before in SCRATCH7 ---- */
+/* ---- the stage: springls at a crease are found, and each is turned into its side ---- */
 
+/* Notes the normal of springl i, and whether it lay at an edge before. */
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -361,49 +433,52 @@ SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model,
     springls__was_at_edge(model)[i] = model->set.edge[i];
 }
 
-/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
-   beside the ones known. */
-SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__arguments args, int i)
+/* Finds out whether springl i may lie at a crease: with args.edge.search when a neighbor faces elsewhere, else when one lay at an
+   edge before. */
+SPRINGLS__MATHS void springls__edge_candidate_element(const springls__model *model, springls__arguments args, int i)
 {
     const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
     SPRINGLS__GLOBAL const springls__v3 *normal = springls__side_normal(model);
-    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    bool suspect = false;
+    bool candidate = false;
     int other;
-    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
+    while (!candidate && (other = springls__cell_walk_next(&walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
-        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
-            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
+        if (args.edge.search ? along < turned && along > SPRINGLS__AWAY : before[other] != 0)
+            candidate = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
     }
-    springls__edge_candidate(model)[i] = suspect;
+    springls__edge_candidate(model)[i] = candidate;
 }
 
+/* Finds the normal of the side that springl i is on, if it lies at an edge. */
 SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
-    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    SPRINGLS__GLOBAL const uint8_t *was = springls__was_at_edge(model);
+    const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */
+    const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */
+    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__springl s = model->set.s[i];
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__fit_result fit;
     springls__sides sides;
-    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+    bool was_edge = false; /* then the sides need not be certain: the edge may have worn, or have new springls */
     int k;
     (void)args;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
-    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
-    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
-    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+    springls__gather_samples(model, s.p, radius, model->set.count, &samples);
+    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
+    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
-    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
+    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,
+                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
     springls__side_normal(model)[i] = fit.normal;
 }
 
+/* Turns springl i, about its particle, into its side. */
 SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__springl s = model->set.s[i];

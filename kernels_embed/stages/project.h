@@ -4,14 +4,13 @@
 
 #include "../model/grid.h"
 
-/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
+/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
-/* Cosine of the angle from which on two normals are those of different sheets. */
+/* Two normals are of the same sheet where the cosine of the angle between them is larger. */
 #define SPRINGLS__SAME_SHEET 0.4f
 
-/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. edge: 1 at a crease. */
+/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
 typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
@@ -25,7 +24,8 @@ typedef struct springls__moments { springls__v3 offset, normal, moved; float wei
 /* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
-SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p,
+                                                               springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
@@ -41,10 +41,11 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
 /* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
-/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
-   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
-   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less certain is the bend of the surface in between. */
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -72,19 +73,20 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
-   twice far_value. */
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
+   minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
+/* Returns where phi bears that mark. */
 SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
     return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* Returns the old value where the side is unknown, else phi. */
+/* Returns phi without the mark of an unknown side. */
 SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
     springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
@@ -97,8 +99,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float 
     return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
 }
 
-/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
-   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are
+   from the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays
+   unknown. */
 SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
 {
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
@@ -112,8 +115,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }
 
-/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
-   not far aside. */
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,
+   and not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);

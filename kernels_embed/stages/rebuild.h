@@ -5,8 +5,8 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin
+   sheet). One side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
 SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
     springls__vec flat = springls__vec_fabs(0.5f * (p - m));
@@ -15,8 +15,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__ve
     return slope * slope;
 }
 
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
+/* Returns the sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 counts as 1, from
+   10 % on in full: so repeated rebuilding does not move what is a distance already. */
 SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
 {
     springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
@@ -26,7 +26,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
    neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
@@ -36,14 +36,15 @@ SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL
     springls__vec c = springls__vec_load(phi), lo = c, hi = c;
     int i;
     for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        springls__vec v = springls__vec_load(phi + springls__tile_step(i));
         lo = springls__vec_min(lo, v);
         hi = springls__vec_max(hi, v);
     }
     return springls__crosses(c, lo, hi);
 }
 
-/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their
+   neighbours. */
 SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
     springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
@@ -78,7 +79,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__v
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(three, zero))) * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -104,7 +106,7 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
     }
 }
 
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+/* Writes to phi_next sub-voxel distances at the interface of a brick, first guesses elsewhere. */
 SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__arguments args, int i,
                                                 SPRINGLS__LOCAL float *tile)
 {
@@ -117,7 +119,7 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
         springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+/* Writes to phi_next one Jacobi sweep of |grad phi| = 1 over a brick; voxels at the interface keep their distance. */
 SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *tile)
 {
@@ -144,7 +146,7 @@ SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const flo
     return mask;
 }
 
-/* Writes that of each brick to SCRATCH0. */
+/* Finds the bricks around active brick i that the band reaches. */
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;

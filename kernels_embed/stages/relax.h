@@ -35,7 +35,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 #include "../language/width_simd.h"
 #include "relax_body.h"
 
-/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -43,7 +43,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
     else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Does so for springls begin, ..., end - 1, several at once. */
+/* Does one iteration of Algorithm 1 for springls begin, ..., end - 1, several at once. */
 SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     const springls__relax_rule rule = springls__relax_rule_of(&model->params);

@@ -81,8 +81,9 @@ SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRING
 }
 
 /* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
-                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule,
+                                                           SPRINGLS__GLOBAL const springls__springl *all, SPRINGLS__NUM3 q,
+                                                           SPRINGLS__GLOBAL const int *codes, int instead)
 {
     SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
     SPRINGLS__W(edges) edges;
@@ -98,7 +99,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule 
     return SPRINGLS__W(thresholded)(rule, c);
 }
 
-/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+/* A turn about an axis by an angle, as sine and cosine; none where the angle is too small for an axis. */
 typedef struct SPRINGLS__W(turn) {
     SPRINGLS__NUM3 axis;
     SPRINGLS__NUM sine, cosine;
@@ -117,7 +118,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     return turn;
 }
 
-/* Returns v turned (Rodrigues). */
+/* Returns v after the turn (Rodrigues). */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
 {
     SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
@@ -152,7 +153,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule
     return SPRINGLS__W(springl_finished)(s);
 }
 
-/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to relaxed_springls. */
 SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
 {
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s;

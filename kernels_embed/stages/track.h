@@ -8,13 +8,13 @@
 #include "../model/model.h"
 #include "keep_edges.h"
 
-/* eq. 26: one step along the gradient of the signed distance to the original surface. */
+/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */
 SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
 {
     return springls__mad(a, gradient, -step * phi);
 }
 
-/* eq. 26. */
+/* Projects a onto the original surface (eq. 26). */
 SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
 {
     const springls__grid *g = &model->reference;
@@ -25,7 +25,7 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     return a;
 }
 
-/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
+/* Returns the smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
 SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
 {
     springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
@@ -35,9 +35,9 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
     return d2;
 }
 
-/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
-   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
-SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)
+/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
@@ -50,7 +50,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
             if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
-                continue; /* the far sheet */
+                continue; /* on the other side of a sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -67,7 +67,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
     return s.p;
 }
 
-/* The quadratic fit at x over the particles around, springls before `known` only. */
+/* Fits a quadratic at x over the particles around, of springls before `known`; near an edge, over those of one side. */
 SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
@@ -90,7 +90,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     }
     result = springls__fit_end(fit);
     if (!result.ok) return result;
-    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
+    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
     result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
                                  springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));

@@ -1,12 +1,12 @@
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 #ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
 #define SPRINGLS__KERNEL_STAGES_UNSIGNED_DISTANCE_H
 
 #include "../model/grid.h"
 #include "../model/model.h"
 
-/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
-   and radius, comes closer than row[i]. */
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this
+   center and radius, comes closer than row[i]. */
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row)
 {
@@ -22,7 +22,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
@@ -63,13 +63,14 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     }
 }
 
-/* Voxel i of the two constant bricks: job.f, outside and inside. */
+/* Sets omega at voxel i of the two constant bricks. */
 SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->grid.omega[i] = i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE ? args.omega_constant.inside : args.omega_constant.outside;
+    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;
+    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;
 }
 
-/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
+/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */
 SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
 {
     int slot = model->grid.active[i];

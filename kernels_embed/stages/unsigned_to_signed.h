@@ -15,7 +15,7 @@
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
 
-/* To SCRATCH2, one a brick of the top table: is it blocked? */
+/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */
 SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
                                                    SPRINGLS__LOCAL float *nearest)
 {
@@ -50,15 +50,15 @@ SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLO
     return true;
 }
 
-/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
+/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */
 SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
 {
     return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
 }
 
-/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
-   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
-   axes makes no difference to where growth ends. */
+/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so
+   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
+   state in any order. */
 SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -110,8 +110,8 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
            || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
-/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
-   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
+   it has grown. A block is uniform, so one of its voxels stands for it. */
 SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
                                             SPRINGLS__LOCAL float *grown)
 {
@@ -146,8 +146,8 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
 }
 
-/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
-   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
 SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
     springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
@@ -155,8 +155,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan,
     return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
-   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
                                         int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
@@ -164,18 +164,20 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
         springls__vmask counts;
         at.x = (float)x + springls__vec_from(i);
         d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
         counts = (nearest < capture) & (d2 < within * within);
         if (!springls__vec_any(counts)) continue;
-        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
     }
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture_range;

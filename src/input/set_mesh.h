@@ -131,7 +131,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
     for (j = 0; j < 3 * triangle_count; j++) {
-        float x[3];
+        float x[3] = { 0.0f, 0.0f, 0.0f };
         i = triangles[j];
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);

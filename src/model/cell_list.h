@@ -1,16 +1,15 @@
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
-   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
-   so that one huge triangle does not widen every search. */
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   triangle does not widen every search. */
 #ifndef SPRINGLS__MODEL_CELL_LIST_H
 #define SPRINGLS__MODEL_CELL_LIST_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "grid.h"
 
-/* Every particle's cell, its brick being made active if need be. */
+/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
 SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -30,13 +29,30 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
+SPRINGLS__FN void springls__count_cells(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    int i;
+    cells->bounding_radius = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+    for (i = 0; i < model->set.count; i++) {
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+        springls__count_in_cell(model, i);
+    }
+}
+
+/* Builds the lists if springls have moved since they were built. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__cell_list *cells = &ctx->model.cells;
-    const springls__springl *s = ctx->model.set.s;
+    const springls__grid *g = &ctx->model.grid;
     size_t n = (size_t)ctx->model.set.count;
-    uint32_t running = 0;
+    uint32_t before = 0;
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
@@ -48,24 +64,14 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++) springls__clear_cells(springls__cells_of(g, g->active[i]));
-    for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
-        springls__count_in_cell(&ctx->model, i);
-    }
-    for (i = 0; i < g->active_count; i++) running = springls__scan_cells(springls__cells_of(g, g->active[i]), running);
+    springls__count_cells(&ctx->model);
+    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
 
-/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;

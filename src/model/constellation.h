@@ -1,9 +1,8 @@
-/* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move. */
 #ifndef SPRINGLS__MODEL_CONSTELLATION_H
 #define SPRINGLS__MODEL_CONSTELLATION_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 
@@ -13,7 +12,7 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
 }
 
-/* Springls have been put behind the others by springls__springl_add. */
+/* Counts springls that springls__springl_add has put behind the others. */
 SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added)
 {
     ctx->model.set.count += added;
@@ -25,7 +24,8 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array grown */
+    /* the last of the arrays that grow */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3));
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -50,22 +50,22 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
+/* Notes that the level set agrees with the springls as they are now: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* The longest way of any particle since then, voxels. In SCRATCH7. */
-SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
+/* Returns the largest displacement of a particle since then, in voxels. */
+SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *way = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
+    *displacement = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count));
     return SPRINGLS_OK;
 }
 
-/* To be called after anything that moves springls. */
+/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
@@ -73,7 +73,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
     ctx->springl_surface_fresh = false;
 }
 
-/* To be called after anything that adds, removes or replaces springls. */
+/* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
 SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);

@@ -1,16 +1,19 @@
-/* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+/* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
 #ifndef SPRINGLS__MODEL_GRID_H
 #define SPRINGLS__MODEL_GRID_H
 
 #include "../runtime/algorithms.h"
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
+/* Makes phi_next the new phi. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
+{
+    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+}
 
+/* Sets all voxels of a slot. */
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 {
     float *brick = field + (size_t)slot * SPRINGLS__BRICK_VOXELS;
@@ -18,7 +21,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of omega. */
+/* Sets the constant bricks of omega. */
 SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
     springls__arguments args;
@@ -33,7 +36,7 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
 }
 
-/* The constant bricks of a grid, far outside and far inside. */
+/* Sets the constant bricks of a grid's phi, far outside and far inside. */
 SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
     g->far_value = ctx->model.params.band_half_width + 1.0f;
@@ -41,7 +44,7 @@ SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* ... and what the model's grid has besides. */
+/* Sets all fields of the constant bricks of the model's grid. */
 SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -55,7 +58,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     }
 }
 
-/* Everything of a grid outside: keeps memory. */
+/* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -65,7 +68,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     springls__grid_constants(ctx, g);
 }
 
-/* The model and its reference are empty. */
+/* Makes all of the model's grid and of its reference outside. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__discard_device_copies(ctx);
@@ -75,6 +78,7 @@ SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
     ctx->reference_stamp = 0;
 }
 
+/* Makes the model's grid and its reference, all outside, of the size in the description. */
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -101,8 +105,8 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
     g->slot_count += n - reused;
 }
 
-/* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
-   it had, and keeps `active` ordered by brick. */
+/* Gives every brick of a list a slot, filled with the constant that the brick had; keeps `active` ordered by brick. The list may
+   have any order, repetitions, and bricks that are active already; it is sorted. */
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -142,7 +146,7 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
     g->active_count = n;
 }
 
-/* phi_ref = phi: the same slots. */
+/* Copies phi to phi_ref, in the same slots. */
 SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;

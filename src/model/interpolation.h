@@ -2,7 +2,7 @@
 #ifndef SPRINGLS__MODEL_INTERPOLATION_H
 #define SPRINGLS__MODEL_INTERPOLATION_H
 
-#include "attribute_rows.h"
+#include "attribute_values.h"
 #include "closest_point.h"
 #include "transform.h"
 
@@ -213,14 +213,14 @@ SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_
 
 /* ---- values ---- */
 
-SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute,
+SPRINGLS__FN void springls__interpolate_blended(const springls__attribute *attribute,
                                              const springls__interpolation_sources *sources, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < sources->count; i++)
         for (c = 0; c < attribute->channels; c++)
-            out[c] += sources->weight[i] * springls__attribute_row(attribute, sources->index[i])[c];
+            out[c] += sources->weight[i] * springls__values_of(attribute, sources->index[i])[c];
 }
 
 /* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
@@ -229,8 +229,8 @@ SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribu
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (sources->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__interpolate_rows(attribute, sources, out);
-    else memcpy(out, springls__attribute_row(attribute, sources->index[0]), bytes);
+    else if (blend) springls__interpolate_blended(attribute, sources, out);
+    else memcpy(out, springls__values_of(attribute, sources->index[0]), bytes);
 }
 
 #endif

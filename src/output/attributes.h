@@ -3,10 +3,9 @@
 #define SPRINGLS__OUTPUT_ATTRIBUTES_H
 
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/host_access.h"
 #include "../model/interpolation.h"
 #include "../model/springl_surface.h"
@@ -70,7 +69,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
     attribute->channels = desc->channels;
-    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    SPRINGLS__TRY(springls__values_reserve(ctx, attribute, ctx->model.set.count, 0));
     memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
     attribute->split = desc->split;
     attribute->fill = desc->fill;

@@ -5,10 +5,9 @@
 
 #include "../runtime/algorithms.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/closest_point.h"
 #include "../model/host_access.h"
 #include "../model/indexed_mesh.h"

@@ -5,7 +5,6 @@
 #include "../runtime/algorithms.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/residency.h"
 #include "../model/host_access.h"
 #include "../model/mesh_measure.h"

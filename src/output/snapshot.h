@@ -6,11 +6,10 @@
 
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/bvh.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"

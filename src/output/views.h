@@ -3,7 +3,6 @@
 #define SPRINGLS__OUTPUT_VIEWS_H
 
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
 

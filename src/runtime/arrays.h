@@ -7,7 +7,8 @@
 /* Sets the model's pointers, after memory has moved. */
 SPRINGLS__FN void springls__bind(springls_context *ctx)
 {
-#define SPRINGLS__BIND(name, type, block, owner, member) ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+#define SPRINGLS__BIND(name, type, block, owner, member)                                                     \
+    ctx->model.owner.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
     SPRINGLS__ARRAYS(SPRINGLS__BIND)
 #undef SPRINGLS__BIND
 }
@@ -23,10 +24,12 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
 
 /* Makes room for count elements of `element` bytes in an array of the model; keeps the first `keep`. The device's copy grows when
    a kernel next uses it (springls__to_device). */
-SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
+SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element,
+                                                  size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
+    size_t kept = buffer->host_stale ? 0 : keep * element;
+    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, kept);
     springls__bind(ctx);
     return status;
 }

@@ -61,7 +61,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* What springls carry besides themselves (attribute_rows.h): `channels` floats each, in the order of springls. */
+/* What springls carry besides themselves (attribute_values.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
@@ -69,8 +69,8 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does not
-   log it: springls__fall_back_to_host does. */
+/* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
+   not log it: springls__fall_back_to_host does. */
 struct springls_backend {
     /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -143,7 +143,11 @@ typedef struct springls__motion {
 } springls__motion;
 
 /* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
-typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+typedef enum springls__entry_kind {
+    SPRINGLS__ENTRY_RUN,
+    SPRINGLS__ENTRY_REPEAT_WHILE,
+    SPRINGLS__ENTRY_END_REPEAT
+} springls__entry_kind;
 
 /* An entry of an algorithm (algorithm_tables.h). */
 typedef struct springls__step_entry {

@@ -1,4 +1,4 @@
-/* kernel_table.h - what the host makes of the table in kernels_embed/device/kernels.h: a number, a record and a loop for each kernel. */
+/* kernel_table.h - makes of each line of the table in kernels_embed/device/kernels.h a number, a record and a loop. */
 #ifndef SPRINGLS__RUNTIME_KERNEL_TABLE_H
 #define SPRINGLS__RUNTIME_KERNEL_TABLE_H
 

@@ -33,7 +33,8 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 }
 
 /* Returns a kernel with its arguments; NULL: it takes none. */
-SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel, const springls__arguments *args)
+SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, springls__kernel kernel,
+                                                   const springls__arguments *args)
 {
     springls__kernel_run run;
     memset(&run, 0, sizeof run);
@@ -52,7 +53,8 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
 }
 
 /* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
-SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count,
+                                          const springls__arguments *args)
 {
     if (!ctx->on_device) return false;
     if (springls__run_on_device(ctx, kernel, count, args) == SPRINGLS_OK) return true;

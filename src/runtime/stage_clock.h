@@ -39,7 +39,8 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project",
+                                                             "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 

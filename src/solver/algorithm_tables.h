@@ -1,4 +1,4 @@
-/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with what is done between the stages. Each table is one sub-step. */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
 #ifndef SPRINGLS__SOLVER_ALGORITHM_TABLES_H
 #define SPRINGLS__SOLVER_ALGORITHM_TABLES_H
 
@@ -84,7 +84,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     if (step->time_left <= 0.0f) return SPRINGLS_OK;
     *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
     if (ctx->time + (double)*dt == ctx->time)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)*dt);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                              (double)*dt);
     if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -144,7 +145,7 @@ SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Ends the step, or begins another sub-step: at most as long as the displacement of the last one permits, and half as long again. */
+/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
@@ -271,7 +272,8 @@ static const springls__step_entry springls__advect_only[] = {
 
 SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
 {
-    return mode == SPRINGLS_MODE_FLUID ? springls__fluid : mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
+    if (mode == SPRINGLS_MODE_FLUID) return springls__fluid;
+    return mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
 }
 
 /* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */

@@ -1,11 +1,10 @@
-/* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 #ifndef SPRINGLS__STAGES_ADVECT_H
 #define SPRINGLS__STAGES_ADVECT_H
 
 #include "../../kernels_embed/stages/advect.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -13,6 +12,7 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 
+/* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
 {
@@ -41,16 +41,16 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 
-/* What a block's displacements come to. */
+/* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
+/* Writes sigma of eq. 1 at points[0..count). */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
                                  springls__v3 *out)
 {
-    const springls_forces *forces = &job->forces;
+    const springls_forces *forces = &motion->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -58,41 +58,41 @@ SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     job->rule.velocity_weight);
+                                     motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
-        springls__field_sample(&job->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->rule.velocity_weight);
+        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3 *points, const springls__v3 *normals, int count,
-                                 float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
+                                 int count, float time, springls__v3 *out)
 {
-    const springls_forces *forces = &job->forces;
+    const springls_forces *forces = &motion->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
-            springls__field_sample(&job->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[0]);
+            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
             out[i] = springls__mad(out[i], normals[i],
-                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+                                   -forces->curvature_weight * springls__curvature_at(&motion->ctx->model.grid, points[i]));
     }
 }
 
-/* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__v3 *x, const springls__v3 *a, int count,
+/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
                                    float time, springls__v3 *slope)
 {
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
@@ -101,20 +101,20 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(job, x, count, time, slope);
-    if (!job->ctx->model.params.vertex_velocity) {
-        springls__push(job, x, normals, count, time, slope);
+    springls__flow(motion, x, count, time, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, x, normals, count, time, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
         springls__v3 push[SPRINGLS__ADVECT_BLOCK];
         memset(push, 0, sizeof push);
-        springls__push(job, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(job, x + m * count, count, time, slope + m * count);
+        springls__push(motion, x, normals, count, time, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    if (!job->forces.affine) return;
-    job->forces.affine(job->forces.user, &x[0].x, &a[0].x, count, time, affine);
+    if (!motion->forces.affine) return;
+    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -122,61 +122,61 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
             springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
                                                A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
-            slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
+            slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
-    springls__block_motion motion;
+    springls__block_motion block;
     int i, m;
-    motion.largest2 = 0.0f;
-    motion.moving = 0;
-    motion.finite = 1;
+    block.largest2 = 0.0f;
+    block.moving = 0;
+    block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
         for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) motion.finite = 0;
-        motion.largest2 = springls__max(motion.largest2, d2);
-        motion.moving += d2 > 1e-4f;
+            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        block.largest2 = springls__max(block.largest2, d2);
+        block.moving += d2 > 1e-4f;
     }
-    return motion;
+    return block;
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first, int count)
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = job->ctx->model.set.s + first;
-    const springls__v3 *a = job->ctx->model.set.a + first;
-    const springls__grid *g = &job->ctx->model.grid;
+    const springls__springl *s = motion->ctx->model.set.s + first;
+    const springls__v3 *a = motion->ctx->model.set.a + first;
+    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
+    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->rule.dt);
-        springls__slopes(job, stage, a, count, job->rule.stage_time[3], k4);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->rule.dt);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
+        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = job->displacement[first + i].x;
+        springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (job->rule.stop_at_topology
+        if (motion->rule.stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
                                           springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
                                           springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
+    motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
@@ -184,106 +184,106 @@ SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
     return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
-/* Of blocks: callbacks see the same batches for any division. */
+/* Displaces some blocks: callbacks see the same batches for any division of the loop. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
-    const springls__motion *job = (const springls__motion *)arg;
+    const springls__motion *motion = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
+        springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->ctx->model.set.count - first));
     }
 }
 
-/* The context's motion: what `forces` do from `time` on in a time of dt. */
+/* Begins the motion by `forces` from `time` to time + dt. */
 SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    springls__motion *job = &ctx->motion;
-    memset(job, 0, sizeof *job);
-    job->ctx = ctx;
+    springls__motion *motion = &ctx->motion;
+    memset(motion, 0, sizeof *motion);
+    motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    job->forces = *forces;
-    job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
-    job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
-    job->rule.curvature_weight = forces->curvature_weight;
-    job->time = time;
-    job->dt = dt;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
-    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity);
+    motion->forces = *forces;
+    motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
+    motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.curvature_weight = forces->curvature_weight;
+    motion->time = time;
+    motion->dt = dt;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
 }
 
-SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
-    float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
-    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
-        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
-    job->rule.dt = job->dt;
-    job->rule.stage_time[0] = job->time;
-    job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
-    job->rule.stage_time[3] = job->time + spread;
-    job->rule.stop_at_topology = job->stop_at_topology;
+    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
+    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    motion->rule.dt = motion->dt;
+    motion->rule.stage_time[0] = motion->time;
+    motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
+    motion->rule.stage_time[3] = motion->time + spread;
+    motion->rule.stop_at_topology = motion->stop_at_topology;
     return SPRINGLS_OK;
 }
 
-/* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
+/* Finds displacements on the host's threads, which callbacks need. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
-                                                                                     : 0;
+    springls_context *ctx = motion->ctx;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.stop_at_topology;
+    uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
-    job->blocks = springls__block_motions(&ctx->model);
+    motion->blocks = springls__block_motions(&ctx->model);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
-    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
 }
 
-/* After that: the largest particle displacement, or a negative number when any point's is not finite. */
-SPRINGLS__FN void springls__displaced(springls__motion *job)
+/* Finds, after that, the largest displacement of a particle; a negative number when that of a point is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     float largest2 = 0.0f;
     bool finite = true;
     int i;
-    if (!job->blocks) return; /* the device has told */
-    job->moving = 0;
-    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
-        finite = finite && job->blocks[i].finite;
-        largest2 = springls__max(largest2, job->blocks[i].largest2);
-        job->moving += job->blocks[i].moving;
+    if (!motion->blocks) return; /* the device has found all of it */
+    motion->moving = 0;
+    for (i = 0; i < springls__advect_blocks(motion->ctx); i++) {
+        finite = finite && motion->blocks[i].finite;
+        largest2 = springls__max(largest2, motion->blocks[i].largest2);
+        motion->moving += motion->blocks[i].moving;
     }
-    job->moved = finite ? springls__sqrt(largest2) : -1.0f;
+    motion->moved = finite ? springls__sqrt(largest2) : -1.0f;
 }
 
-/* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
+/* Returns true when the device can evaluate the forces, and completes the rule for it. */
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
-    const springls_forces *forces = &job->forces;
-    float *n = job->rule.flow_numbers;
+    const springls_forces *forces = &motion->forces;
+    float *n = motion->rule.flow_numbers;
     if (forces->pressure || forces->affine) return false;
-    job->rule.flow = SPRINGLS__FLOW_NONE;
+    motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
-        job->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
         n[0] = flow->grid_size;
         n[1] = flow->period;
     } else if (forces->velocity == springls_velocity_rotation) {
         const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
         springls__v3 axis = springls__normalize(springls__load3(flow->axis));
-        job->rule.flow = SPRINGLS__FLOW_ROTATION;
+        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
         memcpy(n, flow->center, 3 * sizeof *n);
         n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
-        const springls_backend *backend = job->ctx->backend;
+        const springls_backend *backend = motion->ctx->backend;
         if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
-        job->rule.flow = SPRINGLS__FLOW_USER;
+        motion->rule.flow = SPRINGLS__FLOW_USER;
     }
     return true;
 }
 
-/* A sampled field goes to the device once as long as its version stays. */
+/* Sends a sampled field to the device, unless the same version of it is there. */
 SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
                                                        const springls_sampled_field *given, const springls__field *field)
 {
@@ -298,40 +298,41 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
+/* Finds all displacements on the device, the largest one and how many springls move. */
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
+    springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
-    if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule));
+    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL));
-    job->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
-    job->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
-    if (!(job->moved < 1e9f)) job->moved = -1.0f;
+    motion->moved = springls__sqrt(springls__largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), count));
+    motion->moving = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), count, 1);
+    if (!(motion->moved < 1e9f)) motion->moved = -1.0f;
     return ctx->backend_status;
 }
 
-/* Ends with a loop, after which springls__displaced is to be called. */
-SPRINGLS__FN springls_status springls__displace(springls__motion *job)
+/* Finds displacements. Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *motion)
 {
-    springls_context *ctx = job->ctx;
-    SPRINGLS__TRY(springls__motion_times(job));
+    springls_context *ctx = motion->ctx;
+    SPRINGLS__TRY(springls__motion_times(motion));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement, ctx->model.set.count));
-    job->displacement = springls__displacement(&ctx->model);
-    job->blocks = NULL;
-    if (ctx->on_device && springls__device_can_displace(job)) {
-        springls_status status = springls__displace_on_device(job);
+    motion->displacement = springls__displacement(&ctx->model);
+    motion->blocks = NULL;
+    if (ctx->on_device && springls__device_can_displace(motion)) {
+        springls_status status = springls__displace_on_device(motion);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    return springls__displace_on_host(job);
+    return springls__displace_on_host(motion);
 }
 
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
@@ -342,22 +343,22 @@ enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
-    springls__motion *job = &ctx->motion;
+    springls__motion *motion = &ctx->motion;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace(job));
+        SPRINGLS__TRY(springls__displace(motion));
         return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
-    springls__displaced(job);
-    if (job->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+    springls__displaced(motion);
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
+        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
-    ctx->stats.largest_displacement = job->moved;
-    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = motion->moved;
+    ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -365,16 +366,16 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
-    springls__motion *job = &ctx->motion;
+    springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
-    job->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
-    job->rule.euler = 1;
+    motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+    motion->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(job)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(motion)));
     springls__finish_loop(ctx);
-    springls__displaced(job);
-    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    *speed = job->moved;
+    springls__displaced(motion);
+    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = motion->moved;
     return SPRINGLS_OK;
 }
 

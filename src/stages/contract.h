@@ -2,7 +2,6 @@
 #ifndef SPRINGLS__STAGES_CONTRACT_H
 #define SPRINGLS__STAGES_CONTRACT_H
 
-#include "../../kernels_embed/stages/contract.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
@@ -10,7 +9,7 @@
 #include "../model/constellation.h"
 #include "inherit.h"
 
-/* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
+/* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
@@ -18,7 +17,13 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+enum {
+    SPRINGLS__CONTRACT_JUDGE,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_REMOVE
+};
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
@@ -60,7 +65,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     }
 }
 
-/* By phi as it is. */
+/* Contracts by phi as it is now. */
 SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sample_phi(ctx));

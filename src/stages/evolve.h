@@ -1,15 +1,14 @@
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 23). */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
 #ifndef SPRINGLS__STAGES_EVOLVE_H
 #define SPRINGLS__STAGES_EVOLVE_H
 
-#include "../runtime/launch.h"
 #include "../runtime/resumable.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "topology.h"
 #include "unsigned_distance.h"
 
-/* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
+/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
     if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);

@@ -1,17 +1,15 @@
-/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
-   comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
+   goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
 #ifndef SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
 #define SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
 
-#include "../../kernels_embed/stages/contract.h"
-#include "../../kernels_embed/stages/fill_from_springls.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
 #include "../model/cell_list.h"
 #include "../model/constellation.h"
 
-/* Where they are wanted. Ends with a loop. */
+/* Finds the springls missing beside others. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
@@ -24,6 +22,7 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Chooses among them, and adds as many as there is room for. */
 SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     springls__arguments args;

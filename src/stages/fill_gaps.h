@@ -1,4 +1,4 @@
-/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
 #ifndef SPRINGLS__STAGES_FILL_GAPS_H
 #define SPRINGLS__STAGES_FILL_GAPS_H
 
@@ -12,7 +12,7 @@
 #include "fill_from_springls.h"
 #include "inherit.h"
 
-/* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
+/* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
     springls__arguments args;
@@ -27,7 +27,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
     return SPRINGLS_OK;
 }
 
-/* ... get springls. */
+/* Adds springls there, as many as there is room for. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     springls__arguments args;
@@ -42,7 +42,7 @@ SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* The new springls, behind `first` others, take their place among them. */
+/* Fits the new springls, from number `first` on, to those before them; the cell list has only the latter. */
 SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
     springls__arguments args;
@@ -51,7 +51,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     if (added == 0) return;
     args.fit.first = first;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, &args);
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -61,7 +61,7 @@ enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FI
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;

@@ -1,15 +1,13 @@
-/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7). The springls change as they would without; at the end of a stage that
-   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
-   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
-   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* inherit.h - how attributes follow springls that split, are filled in, merge or are removed (section 4.7).
+   Springls change as they would without attributes; at the end of a stage that has added or removed some, their values follow, on
+   the host. A new springl is known by its `parent`, a removed one by its contract_action; BLEND interpolates among the springls
+   around (interpolation.h). All that can fail is done before anything changes. */
 #ifndef SPRINGLS__STAGES_INHERIT_H
 #define SPRINGLS__STAGES_INHERIT_H
 
-#include "../../kernels_embed/stages/contract.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/closest_point.h"
 #include "../model/constellation.h"
 #include "../model/interpolation.h"
@@ -25,12 +23,13 @@ SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, spring
     return channels;
 }
 
+/* Makes room for the values of `splits` more springls, and keeps the correspondences that BLEND will need. */
 SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
 {
     size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
     if (!blended) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
@@ -40,8 +39,8 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     return SPRINGLS_OK;
 }
 
-/* The springl of an id, among the first `count`: ids ascend. */
-SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+/* Returns which of the first `count` springls has an id: ids ascend. */
+SPRINGLS__FN int springls__springl_of_id(const springls_context *ctx, uint32_t id, int count)
 {
     int low = 0, high = count;
     while (high - low > 1) {
@@ -52,20 +51,21 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
     return low;
 }
 
-/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+/* Values for new springls; the search has those that were there before. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
     springls__interpolation_search search;
-    int blended; /* channels */
-    float *values;
+    int blended;   /* channels of all attributes that are blended                                               */
+    float *values; /* of both halves of each split springl                                                     */
 } springls__inherit_job;
 
+/* Returns the springl that a new one was split from: now its other half. */
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
-    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+    return springls__springl_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
 }
 
-/* Blended values of both halves, from those that the springls had before. */
+/* Computes the blended values of both halves, from the values before the split. */
 SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
@@ -74,17 +74,19 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
     for (; begin < end; begin++)
         for (half = 0; half < 2; half++) {
             int child = job->search.known + begin;
-            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            int springl = half ? child : springls__other_half(job, child);
+            springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, springl);
             for (i = 0; i < job->ctx->attribute_count; i++) {
                 const springls__attribute *attribute = &job->ctx->attributes[i];
                 if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
-                springls__interpolate_value(attribute, &donors, true, out);
+                springls__interpolate_value(attribute, &sources, true, out);
                 out += attribute->channels;
             }
         }
 }
 
-SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+/* Gives both halves their values. */
+SPRINGLS__FN void springls__split_values_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
     const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
@@ -93,7 +95,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
         int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
+            float *first = springls__values_of(attribute, other), *second = springls__values_of(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
                 if (attribute->split == SPRINGLS_POLICY_BLEND) first[c] = in[at + c];
                 if (attribute->split == SPRINGLS_POLICY_SHARE) first[c] *= 0.5f;
@@ -104,6 +106,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
     }
 }
 
+/* Gives springls known, known + 1, ... their values, and their other halves theirs. */
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
@@ -119,23 +122,23 @@ SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int kn
     job.blended = springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
     if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
-    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_values_task, &job);
 }
 
 /* ---- fill ---- */
 
-SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__fill_values_task(void *arg, int begin, int end)
 {
     const springls__inherit_job *job = (const springls__inherit_job *)arg;
     int i;
     for (; begin < end; begin++) {
         int child = job->search.known + begin;
-        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
+        springls__interpolation_sources sources = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *row = springls__attribute_row(attribute, child);
-            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
+            float *values = springls__values_of(attribute, child);
+            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(values, 0, (size_t)attribute->channels * sizeof *values);
+            else springls__interpolate_value(attribute, &sources, attribute->fill == SPRINGLS_POLICY_BLEND, values);
         }
     }
 }
@@ -145,7 +148,7 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     springls__inherit_job job;
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     memset(&job, 0, sizeof job);
@@ -153,10 +156,11 @@ SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, in
     job.search.ctx = ctx;
     job.search.a = ctx->model.set.a;
     job.search.known = known;
-    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_values_task, &job);
     return SPRINGLS_OK;
 }
 
+/* Gives springls known, known + 1, ... their values. On failure removes these springls again. */
 SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
 {
     springls_status status;
@@ -171,10 +175,10 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 
 /* ---- merge ---- */
 
-/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+/* Of a removed springl: the nearest springl of its side that stays, -1 when there is none, and its distance. Of any: its area. */
 typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
-SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *action, int i)
 {
     const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
     const springls__springl *s = ctx->model.set.s;
@@ -182,31 +186,31 @@ SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_con
                                                          range * ctx->largest_spacing / ctx->smallest_spacing);
     springls__v3 n = springls__springl_normal(s[i]);
     float best = range * range;
-    springls__merge_target heir;
+    springls__merge_target target;
     int j;
-    heir.index = -1;
-    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
-    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+    target.index = -1;
+    target.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (action[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
         float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
-        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (action[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && target.index >= 0 && j > target.index)) continue;
         if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
         best = d2;
-        heir.index = j;
+        target.index = j;
     }
-    heir.distance = springls__sqrt(best);
-    return heir;
+    target.distance = springls__sqrt(best);
+    return target;
 }
 
 typedef struct springls__merge_targets_job {
     const springls_context *ctx;
-    const uint8_t *fate;
-    springls__merge_target *heirs;
+    const uint8_t *action;
+    springls__merge_target *targets;
 } springls__merge_targets_job;
 
 SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
 {
     const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
-    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
+    for (; begin < end; begin++) job->targets[begin] = springls__merge_target_of(job->ctx, job->action, begin);
 }
 
 SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
@@ -217,7 +221,7 @@ SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
     return false;
 }
 
-/* SCRATCH1 has the fate of every springl. */
+/* Finds where the values of springls go that will be removed (contract_action). */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
     springls__merge_targets_job job;
@@ -229,48 +233,49 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     job.ctx = ctx;
-    job.fate = springls__contract_action(&ctx->model);
-    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    job.action = springls__contract_action(&ctx->model);
+    job.targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
 }
 
-/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
-SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+/* Adds the values of springl `gone` to those of `target` (SHARE), or mixes them in with a weight of `share` (BLEND). */
+SPRINGLS__FN void springls__merge_values(const springls__attribute *attribute, int target, int gone, float share)
 {
-    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    float *to = springls__values_of(attribute, target), *from = springls__values_of(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++)
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
-   leaves its share. */
-SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weigh
+   their values; one removed for another reason passes only sums (SHARE) on. */
+SPRINGLS__FN void springls__merge_all_values(springls_context *ctx, int count)
 {
-    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
     for (i = 0; i < count; i++) {
-        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
-        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
-        if (!heir) continue;
+        springls__merge_target *target = targets[i].index < 0 ? NULL : &targets[targets[i].index];
+        bool merged = targets[i].distance <= ctx->model.params.merge_distance && targets[i].area > 0.0f;
+        if (!target) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
-                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
-                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
-        if (merged) heir->area += heirs[i].area;
+                springls__merge_values(&ctx->attributes[k], targets[i].index, i,
+                                       merged ? targets[i].area / (targets[i].area + target->area) : 0.0f);
+        if (merged) target->area += targets[i].area;
     }
 }
 
+/* Passes values on, and closes the gaps of those that have been removed among `count` springls. */
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
 {
-    const uint8_t *fate = springls__contract_action(&ctx->model);
+    const uint8_t *action = springls__contract_action(&ctx->model);
     int i, k, n;
     if (!ctx->attribute_count || ctx->lost) return;
-    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    if (springls__attributes_merge(ctx)) springls__merge_all_values(ctx, count);
     for (k = 0; k < ctx->attribute_count; k++)
         for (i = n = 0; i < count; i++)
-            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+            if (action[i] != SPRINGLS__REMOVE) springls__values_copy(&ctx->attributes[k], n++, i);
 }
 
 #endif

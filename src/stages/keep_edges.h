@@ -1,5 +1,5 @@
-/* edges.h - sharp edges stay sharp (params.keep_edges): springls at a crease belong to one side of it. Their places are exact
-   where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
+/* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
+   exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
    both sides. */
 #ifndef SPRINGLS__STAGES_KEEP_EDGES_H
 #define SPRINGLS__STAGES_KEEP_EDGES_H
@@ -10,7 +10,7 @@
 #include "../runtime/parallel.h"
 #include "../model/cell_list.h"
 
-/* Finds the springls at creases (edge), and the normal and place that each has on its side. */
+/* Finds the springls at creases (edge), and the normal that each has on its side. search: see springls__edge_arguments. */
 SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
 {
     int count = ctx->model.set.count;
@@ -21,16 +21,17 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
     springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
     springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
     ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
 }
 
-/* Edges of a model that has just been set. Others are not looked for later: what bends sharply in motion is no edge. */
+/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
+   edge. */
 SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
 
-/* Springls at a crease are turned, each about its particle, into their own side. */
+/* Turns springls at a crease, each about its particle, into their sides. */
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sort_sides(ctx, false));
@@ -42,8 +43,8 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 
 /* ---- initial springls ---- */
 
-/* phi's gradient at a voxel, as a unit vector: central where that is as long as a distance's should be, else of the differences
-   to either side those that are. Zero where none are. */
+/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
+   one-sided differences that are; 0 where none are. */
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;
@@ -66,10 +67,10 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
-   leaves the distances inside it unrounded, a concave one those outside. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
+   convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__sample_set *crowd)
+                                        springls__sample_set *samples)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -77,7 +78,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
     lo[1] = (int)springls__floor(x.y - radius);
     lo[2] = (int)springls__floor(x.z - radius);
     for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
-    crowd->count = 0;
+    samples->count = 0;
     for (k = lo[2]; k <= hi[2]; k++)
         for (j = lo[1]; j <= hi[1]; j++)
             for (i = lo[0]; i <= hi[0]; i++) {
@@ -87,11 +88,12 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__sample_set_add(crowd, foot, n, foot, weight * weight, -2);
+                if (weight > 0.0f && springls__length2(n) > 0.5f)
+                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
             }
 }
 
-/* A corner of a triangle that sticks out beyond an edge, drawn back towards the particle. */
+/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
 SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
 {
     const float out = 0.1f; /* voxel */
@@ -100,20 +102,20 @@ SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls_
     return q;
 }
 
-/* The springl on one side of a crease that it cut across. */
+/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
-    const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
+    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
     springls__v3 n = springls__springl_normal(*s);
-    springls__sample_set crowd;
+    springls__sample_set samples;
     springls__sides sides;
     springls__fit_result fit;
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
-        springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__sample_set_sides(&crowd, 0.0f, false);
+        springls__gather_feet(g, s->p, radius, !outside, &samples);
+        sides = springls__sample_set_sides(&samples, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
+        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++)
             s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
@@ -126,7 +128,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
-/* Central differences. */
+/* Returns the gradient of phi at a voxel by central differences. */
 SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
 {
     return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
@@ -134,7 +136,7 @@ SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int 
                              0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
 }
 
-/* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
     int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
@@ -158,7 +160,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     }
 }
 
-/* Initial springls of a level set that cut across a crease are moved to one side of it. */
+/* Moves the initial springls of a level set that cut across a crease to one side of it. */
 SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);

@@ -1,10 +1,9 @@
-/* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
-   of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
+/* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
+   lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 #ifndef SPRINGLS__STAGES_PROJECT_H
 #define SPRINGLS__STAGES_PROJECT_H
 
-#include "../../kernels_embed/stages/project.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
@@ -14,12 +13,12 @@
 #include "evolve.h"
 #include "rebuild.h"
 
-/* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
-   when it is next asked for. */
+/* Resolves the voxels of phi_next whose side is unknown, from their neighbors. This needs a third field: the memory of omega,
+   which is found again when it is next used. */
 SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 {
-    const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
-    const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
+    const int voxels = 3;    /* largest distance of an unknown voxel from a known one */
+    const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
     const springls__grid *g = &ctx->model.grid;
     int i;
     if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), g->active_count, 1) == 0) return;
@@ -35,7 +34,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
-enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
@@ -59,7 +64,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
             springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE)
+            return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
     case SPRINGLS__PROJECT_NO_SPECKS:

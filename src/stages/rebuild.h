@@ -1,9 +1,8 @@
-/* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
 #ifndef SPRINGLS__STAGES_REBUILD_H
 #define SPRINGLS__STAGES_REBUILD_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -17,11 +16,11 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Bricks that the band has reached are added, bricks that it has left are dropped. */
+/* Adds the bricks that the band has reached, and drops those that it has left. */
 SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    uint32_t *reach;
+    uint32_t *mask;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, g->active_count));
@@ -34,14 +33,14 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    reach = springls__band_mask(&ctx->model);
+    mask = springls__band_mask(&ctx->model);
     keep = springls__band_keeps(&ctx->model);
     wanted = springls__band_bricks(&ctx->model);
     rank = springls__band_rank(&ctx->model);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
                                     SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps) | SPRINGLS__ROLE_BIT(band_bricks)
-                                        | SPRINGLS__ROLE_BIT(band_rank)));
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -51,7 +50,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
             int brick;
-            if (!(reach[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
+            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
             brick = springls__brick_at(g, at[0], at[1], at[2]);
             if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
             else wanted[missing++] = brick;

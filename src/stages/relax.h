@@ -1,4 +1,4 @@
-/* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 #ifndef SPRINGLS__STAGES_RELAX_H
 #define SPRINGLS__STAGES_RELAX_H
 
@@ -25,12 +25,13 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
         springls__constellation_moved(ctx);
-        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations)
+            return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
         return SPRINGLS_OK;
     }
 }
 
-/* Flipped triangles are turned round (section 4.3.1). */
+/* Turns flipped triangles round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);

@@ -5,7 +5,8 @@
 
 #include "../runtime/launch.h"
 
-/* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
+/* Takes over the changes of phi_next that keep the topology. A pass moves the front by about a voxel: `passes` of them allow a
+   step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
     springls__arguments args;

@@ -1,4 +1,4 @@
-/* track.h - where on the original surface a springl belongs (section 4.7). */
+/* track.h - keeps correspondences on the original surface (section 4.7). */
 #ifndef SPRINGLS__STAGES_TRACK_H
 #define SPRINGLS__STAGES_TRACK_H
 

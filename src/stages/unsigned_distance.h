@@ -1,9 +1,8 @@
-/* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
+/* unsigned_distance.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 #ifndef SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
 #define SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -22,7 +21,8 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__ROLE_BIT(brick_rank)));
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
+                                        | SPRINGLS__ROLE_BIT(brick_rank)));
     first = model->cells.brick_list_first;
     memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
     for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
@@ -32,7 +32,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
+/* Finds omega where it is unknown: everywhere after springls have moved, else in bricks that are new since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;

@@ -1,7 +1,7 @@
-/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the whole border of
-   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
-   is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
-   and hollows that the background cannot reach are outside as well. */
+/* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
+   the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. The rest is the object. With
+   project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
+   cannot reach are outside too. */
 #ifndef SPRINGLS__STAGES_UNSIGNED_TO_SIGNED_H
 #define SPRINGLS__STAGES_UNSIGNED_TO_SIGNED_H
 
@@ -15,7 +15,7 @@
 #include "rebuild.h"
 #include "unsigned_distance.h"
 
-/* Bricks within the band of any springl; everything else is dropped first. */
+/* Makes the bricks within the band of any springl the active ones. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -44,14 +44,14 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* The background grows through bricks: the coarse levels of the paper, each to its end. */
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     int step = 1, axis, lines;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* more than there are lines */
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
     while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
     for (; step >= 1; step /= 2)
@@ -68,7 +68,7 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* ... and by blocks of voxels in the active bricks. */
+/* Grows the background by blocks of voxels in the active bricks. */
 SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -84,8 +84,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl): a flood is one
-   thread's work. */
+/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
+   is the work of one thread. */
 typedef struct springls__region {
     springls_context *ctx;
     uint8_t *state;       /* of the bricks                                              */
@@ -96,7 +96,7 @@ typedef struct springls__region {
 enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
 static const float springls__counted = -2.0f; /* a voxel that is            */
 
-/* The place in phi of the i-th voxel of the active bricks. */
+/* Returns the place in phi of the i-th voxel of the active bricks. */
 SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 {
     return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
@@ -107,6 +107,7 @@ SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
     return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
+/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
 SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
 {
     springls__grid *g = &r->ctx->model.grid;
@@ -128,7 +129,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
     r->member[r->count++] = v;
 }
 
-/* From a voxel, or from the faces of a constant brick, to what lies beside it. */
+/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
@@ -147,6 +148,7 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
             }
 }
 
+/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
 SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
 {
     springls__grid *g = &r->ctx->model.grid;
@@ -162,7 +164,7 @@ SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
     }
 }
 
-/* Regions one after the other, each flooded from its first voxel. */
+/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
 SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -186,8 +188,14 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
-       SPRINGLS__SIGN_COMMIT };
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
@@ -195,7 +203,8 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
     case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        if (ctx->model.set.count == 0)
+            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
         return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);

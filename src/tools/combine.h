@@ -4,12 +4,11 @@
 #ifndef SPRINGLS__TOOLS_COMBINE_H
 #define SPRINGLS__TOOLS_COMBINE_H
 
-#include "../../kernels_embed/stages/contract.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../runtime/resumable.h"
-#include "../model/attribute_rows.h"
+#include "../model/attribute_values.h"
 #include "../model/bvh.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
@@ -221,9 +220,9 @@ SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, cons
         size_t bytes = (size_t)attribute->channels * sizeof(float);
         k = springls_find_attribute(other, attribute->name);
         if (k >= 0 && other->attributes[k].channels == attribute->channels)
-            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
+            memcpy(springls__values_of(attribute, n), springls__values_of(&other->attributes[k], j), bytes);
         else
-            memset(springls__attribute_row(attribute, n), 0, bytes);
+            memset(springls__values_of(attribute, n), 0, bytes);
     }
 }
 
@@ -259,7 +258,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + added)));
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], staying + added, count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);

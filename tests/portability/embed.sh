@@ -68,6 +68,23 @@ embed_rooms() (
     $embed src/root.h > out.h && grep -q '>>grid:kernel ' out.h && grep -q '>>grid  (src' out.h || cat out.h
 )
 
+# What make check does with the parts as they are, and one line too much.
+embed_own_rooms() (
+    cp -r src kernels_embed $w && cd $w && $embed src/springls_parts.h kernels_embed/device/entry_points.cl > /dev/null || return
+    sed -i 's,^#include "../runtime/arrays.h",#include "../stages/relax.h"\n&,' src/model/bvh.h
+    complains 'src/model/bvh.h:8: src/stages/relax.h lies in a higher room: src/stages is above src/model' \
+        $embed src/springls_parts.h kernels_embed/device/entry_points.cl
+)
+
+# A part that does not include what it uses is found.
+parts_alone() (
+    alone=$PWD/tests/portability/alone.sh
+    cd $w
+    file good.h '#ifndef SPRINGLS__GOOD_H' '#define SPRINGLS__GOOD_H' 'static int springls__one(void) { return 1; }' '#endif'
+    file bad.h '#ifndef SPRINGLS__BAD_H' '#define SPRINGLS__BAD_H' 'static int springls__two(void) { return 2 * springls__one(); }' '#endif'
+    $alone good.h > log && ! $alone good.h bad.h > log 2>&1 && grep -q '^parts: bad.h does not compile alone' log || cat log
+)
+
 # Parts stand in the order of their includes, each after those that it includes at its top; no private guard and no line of an
 # include that was taken is left.
 embed_order() (
@@ -125,7 +142,9 @@ embed_renames() (
 
 check "embed: errors in one clear line" embed_errors
 check "embed: rooms, circles and tags" embed_rooms
+check "embed: a higher room in our own parts" embed_own_rooms
 check "embed: order of the parts" embed_order
+check "parts: each includes what it uses" parts_alone
 check "embed: includes" embed_includes
 check "embed: OpenCL text and its line numbers" embed_kernels "${CC:-cc}"
 check "embed: list of public functions" embed_renames

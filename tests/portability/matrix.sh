@@ -89,7 +89,7 @@ installed() {
     make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c
 }
 # What models have become at the end of their lives, in this build.
-lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
+lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
 same_lives() {
     local first= other
     for other in $out/lives.*; do
@@ -98,7 +98,7 @@ same_lives() {
     done
 }
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
-parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
+parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only tests/library.c; }
 
 # With springls_cl.h, and with it all of springls.h.
 opencl=-DWITH_OPENCL

@@ -6,9 +6,6 @@
 #include <string.h>
 
 #include "greatest.h"
-#include "../../kernels_embed/language/compat.h"
-#include "../../kernels_embed/language/vector.h"
-#define SPRINGLS__FN static
 #include "../../src/model/mesh_measure.h"
 
 enum { MAX_VERTICES = 9000, MAX_FACES = 18000 };

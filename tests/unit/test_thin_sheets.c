@@ -1,6 +1,8 @@
 /* test_thin_sheets.c - sheets thinner than a voxel live through a flow and come back, and topology still changes where
    the surface really touches or breaks: two spheres become one part, a thread that is drawn out becomes two. */
 #include "fixtures.h"
+#include "../../src/stages/project.h"
+#include "../../src/stages/volume_lock.h"
 
 static springls_params without_the_rules(void)
 {

@@ -1,4 +1,4 @@
-/* test_vector.c - the scalar functions that state depends on, against libm in double precision. */
+/* test_vector.c - the functions that state depends on, against libm in double precision, and SIMD against single numbers. */
 #include "fixtures.h"
 
 /* exp has a relative error below 3e-7 on [-80, 80]. */
@@ -148,6 +148,78 @@ TEST trilinear_is_exact(void)
     PASS();
 }
 
+/* Does every lane of `wide` hold the bits of the single number one[lane]? */
+static int lanes_are(springls__vec wide, const float *one)
+{
+    float lane[SPRINGLS__LANES];
+    springls__vec_store(lane, wide);
+    return memcmp(lane, one, sizeof lane) == 0;
+}
+
+#define MAX_LANES 8
+#define ASSERT_FUNCTION(name)                                                             \
+    do {                                                                                  \
+        for (lane = 0; lane < SPRINGLS__LANES; lane++) one[lane] = springls__##name(x[lane]); \
+        ASSERTm(#name, lanes_are(springls__vec_##name(springls__vec_load(x)), one));      \
+    } while (0)
+
+/* Several numbers at once give the bits that each gives alone, whatever its size and its neighbours in the vector. */
+TEST lanes_are_single_numbers(void)
+{
+    float x[MAX_LANES], one[MAX_LANES];
+    int i, lane;
+    fixture_seed(6);
+    for (i = 0; i < 30000; i++) {
+        const float size = i % 3 == 0 ? 0.5f : i % 3 == 1 ? 12.0f : 300.0f;
+        for (lane = 0; lane < MAX_LANES; lane++) x[lane] = i % 7 == lane ? 0.0f : fixture_between(-size, size);
+        ASSERT_FUNCTION(exp);
+        ASSERT_FUNCTION(tanh);
+        ASSERT_FUNCTION(atanh);
+        ASSERT_FUNCTION(sinpi);
+        ASSERT_FUNCTION(cospi);
+        ASSERT_FUNCTION(floor);
+        ASSERT_FUNCTION(fabs);
+        for (lane = 0; lane < MAX_LANES; lane++) x[lane] = springls__fabs(x[lane]) + 1e-6f;
+        ASSERT_FUNCTION(ln);
+        ASSERT_FUNCTION(sqrt);
+    }
+    PASS();
+}
+
+/* Several vectors at once give the bits that each gives alone, in the functions of vectors and in distances to a triangle. */
+TEST lanes_are_single_vectors(void)
+{
+    float x[3][MAX_LANES], one[4][MAX_LANES];
+    int i, lane;
+    fixture_seed(7);
+    for (i = 0; i < 30000; i++) {
+        springls__v3 a = i % 5 ? fixture_point(-2.0f, 2.0f) : springls__v3_make(0.0f, 0.0f, 0.0f);
+        springls__tri t;
+        springls__tri_plan plan;
+        springls__vec3 wide;
+        t.a = fixture_point(-2.0f, 2.0f);
+        t.b = i % 11 ? fixture_point(-2.0f, 2.0f) : t.a;
+        t.c = i % 13 ? fixture_point(-2.0f, 2.0f) : t.b;
+        plan = springls__tri_plan_make(t);
+        for (lane = 0; lane < MAX_LANES; lane++) {
+            springls__v3 p = springls__scale(fixture_direction(), i % 7 == lane ? 0.0f : fixture_between(0.0f, 3.0f)), n;
+            n = springls__normalize(springls__add(springls__cross(p, a), p));
+            x[0][lane] = p.x;
+            x[1][lane] = p.y;
+            x[2][lane] = p.z;
+            one[0][lane] = n.x;
+            one[1][lane] = n.y;
+            one[2][lane] = n.z;
+            one[3][lane] = springls__tri_distance2(&plan, p);
+        }
+        wide = springls__vec_load_v3(x[0], x[1], x[2]);
+        ASSERT(lanes_are(springls__vec_tri_distance2(&plan, wide), one[3]));
+        wide = springls__vec_normalize(springls__vec_add(springls__vec_cross(wide, springls__vec_broadcast3(a)), wide));
+        ASSERT(lanes_are(wide.x, one[0]) && lanes_are(wide.y, one[1]) && lanes_are(wide.z, one[2]));
+    }
+    PASS();
+}
+
 SUITE(vector)
 {
     RUN_TEST(exp_is_accurate);
@@ -159,6 +231,8 @@ SUITE(vector)
     RUN_TEST(rotate_turns);
     RUN_TEST(normalize_has_no_hole);
     RUN_TEST(trilinear_is_exact);
+    RUN_TEST(lanes_are_single_numbers);
+    RUN_TEST(lanes_are_single_vectors);
 }
 
 GREATEST_MAIN_DEFS();

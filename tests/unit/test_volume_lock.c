@@ -1,5 +1,6 @@
 /* test_volume_lock.c - every component keeps its volume (params.volume_lock): shrinking, merging, splitting. */
 #include "fixtures.h"
+#include "../../src/stages/volume_lock.h"
 
 static springls_params locked(int lock)
 {

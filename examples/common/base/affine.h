@@ -1,15 +1,15 @@
-/* affine.h - the few rigid and affine maps that characters need: 3x4 matrices, and translation, rotation, scale. */
+/* affine.h - rigid and affine maps: 3x4 matrices, and translation, rotation, scale. */
 #ifndef EXAMPLES_BASE_AFFINE_H
 #define EXAMPLES_BASE_AFFINE_H
 
 #include <math.h>
 
-/* x -> A x + b; row-major [A b]. */
+/* The map x -> A x + b as a row-major matrix [A b]. */
 struct affine {
     double m[12];
 };
 
-/* Applied as translation * rotation * scale; the rotation is a unit quaternion w, x, y, z. */
+/* Translation * rotation * scale; the rotation is a unit quaternion w, x, y, z. */
 struct placement {
     double translation[3], rotation[4], scale[3];
 };
@@ -20,7 +20,7 @@ static inline struct affine affine_identity(void)
     return one;
 }
 
-/* a o b */
+/* Returns the composition a o b. */
 static inline struct affine affine_after(const struct affine *a, const struct affine *b)
 {
     struct affine c;
@@ -39,7 +39,7 @@ static inline double affine_determinant(const struct affine *a)
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
-/* Cofactors over the determinant, which must not be 0. */
+/* Inverts a map by cofactors; the determinant must not be 0. */
 static inline struct affine affine_inverse(const struct affine *a)
 {
     const double *m = a->m, d = 1.0 / affine_determinant(a);
@@ -90,7 +90,7 @@ static inline struct affine placement_matrix(const struct placement *p)
     return a;
 }
 
-/* Of a rotation matrix, row-major (Shepperd 1978: the largest component first). */
+/* Converts a row-major rotation matrix (Shepperd 1978: the largest component first). */
 static inline void rotation_quaternion(const double r[9], double q[4])
 {
     const double trace = r[0] + r[4] + r[8];
@@ -112,7 +112,7 @@ static inline void rotation_quaternion(const double r[9], double q[4])
     }
 }
 
-/* Of a matrix without shear; a mirrored one has its first axis negative. */
+/* Decomposes a matrix without shear; a mirrored one gets a negative first scale. */
 static inline struct placement placement_of(const struct affine *a)
 {
     struct placement p;
@@ -129,7 +129,7 @@ static inline struct placement placement_of(const struct affine *a)
     return p;
 }
 
-/* Shortest way from a to b on the sphere of unit quaternions (Shoemake 1985); result of length 1, may be a or b. */
+/* Interpolates along the shortest arc between two unit quaternions (Shoemake 1985); the result has length 1 and may be a or b. */
 static inline void quaternion_slerp(const double a[4], const double b[4], double t, double result[4])
 {
     double cosine = 0.0, out[4], length = 0.0;

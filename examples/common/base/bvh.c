@@ -46,8 +46,8 @@ static int bin_of(const struct box *box, int axis, float lo, float scale)
     return bin < 0 ? 0 : bin >= BINS ? BINS - 1 : bin;
 }
 
-/* Where to cut order[first .. first+count): surface area heuristic over equal bins. Returns the size of the left part
- * after moving it to the front, 0 = no useful cut. */
+/* Splits order[first .. first+count) by the surface area heuristic over equal bins. Returns the size of the left part after
+ * moving it to the front; 0 when no split pays. */
 static uint32_t split(struct builder *builder, uint32_t first, uint32_t count, const struct box *centers, int depth)
 {
     uint32_t *order = builder->order + first;
@@ -121,7 +121,7 @@ static void build_node(struct builder *builder, uint32_t node_index, uint32_t fi
     if (count > LEAF_SIZE) {
         left = split(builder, first, count, &centers, depth);
         if (left == 0) {
-            left = count / 2; /* all centres in one place, or too deep: halve, whatever is where */
+            left = count / 2; /* all centers coincide, or the tree is too deep: halve by count */
         }
     }
     if (left == 0) {
@@ -199,7 +199,7 @@ struct ray {
     float origin[3], direction[3], inverse[3];
 };
 
-/* Entry distance of the box, or infinity. Written with comparisons that a NaN (0 * inf on a slab's face) passes. */
+/* Returns the entry distance of the box, or infinity. The comparisons let a NaN pass (0 * inf on a slab's face). */
 static float enter_box(const struct bvh_node *node, const struct ray *ray, float t_min, float t_max)
 {
     for (int i = 0; i < 3; ++i) {
@@ -212,7 +212,7 @@ static float enter_box(const struct bvh_node *node, const struct ray *ray, float
     return t_min <= t_max ? t_min : INFINITY;
 }
 
-/* Moeller and Trumbore's test, with a little slack so that rays do not slip through shared edges. */
+/* Tests a ray against a triangle (Moeller and Trumbore), with a small tolerance so that rays do not slip through shared edges. */
 static bool hit_triangle(const float *c, const struct ray *ray, float t_min, float t_max, struct bvh_hit *hit)
 {
     const float slack = 1e-6f;
@@ -281,7 +281,7 @@ static bool traverse(const struct bvh *bvh, const float origin[3], const float d
         }
         const float left = enter_box(&bvh->nodes[node->first], &ray, t_min, t_max);
         const float right = enter_box(&bvh->nodes[node->first + 1], &ray, t_min, t_max);
-        const uint32_t far_side = left < right ? 1 : 0; /* the nearer child is pushed last, so looked at first */
+        const uint32_t far_side = left < right ? 1 : 0; /* the nearer child is pushed last, so visited first */
         for (uint32_t k = 0; k < 2; ++k) {
             const uint32_t side = k == 0 ? far_side : 1 - far_side;
             const float t = side ? right : left;

@@ -1,7 +1,7 @@
 /* bvh.h - bounding volume hierarchy over triangles: nearest ray hit, any ray hit, closest point.
  *
- * Built once for a mesh (indices) or a soup (no indices: corners 3t, 3t+1, 3t+2); copies the corners, so the input may go.
- * Queries are read-only: any number of threads may ask at once. */
+ * Built from a mesh (indices) or a soup (no indices: corners 3t, 3t+1, 3t+2), whose corners it copies, so the input may be
+ * freed. Queries are read-only and safe from any number of threads. */
 #ifndef EXAMPLES_BASE_BVH_H
 #define EXAMPLES_BASE_BVH_H
 
@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { BVH_STACK_SIZE = 128 }; /* deepest tree that bvh_build makes, and some */
+enum { BVH_STACK_SIZE = 128 }; /* depth that bvh_build allows, with a margin */
 
 struct bvh_node {
     float lo[3], hi[3];
@@ -30,7 +30,8 @@ struct bvh_hit {
     uint32_t triangle; /* number in the input */
 };
 
-/* Triangles with a coordinate that is not finite are left out. False: nothing left, or memory is short. */
+/* Builds the tree without triangles that have a coordinate that is not finite. Returns false if none is left or memory is
+ * short. */
 bool bvh_build(struct bvh *bvh, const float *positions, const uint32_t *indices, size_t triangle_count);
 void bvh_free(struct bvh *bvh);
 
@@ -38,7 +39,8 @@ bool bvh_nearest_hit(const struct bvh *bvh, const float origin[3], const float d
                      struct bvh_hit *hit);
 bool bvh_any_hit(const struct bvh *bvh, const float origin[3], const float direction[3], float t_min, float t_max);
 
-/* Distance from `point` to the nearest triangle (exact: faces, edges and corners); `closest` and `triangle` may be NULL. */
+/* Returns the distance from `point` to the nearest triangle, exact on faces, edges and corners; `closest` and `triangle` may
+ * be NULL. */
 float bvh_distance(const struct bvh *bvh, const float point[3], float closest[3], uint32_t *triangle);
 
 #endif

@@ -1,4 +1,4 @@
-/* bvh_distance.c - the closest point of a triangle set: bvh_distance of bvh.h. */
+/* bvh_distance.c - bvh_distance of bvh.h: the closest point of a set of triangles. */
 #include "base/bvh.h"
 
 #include "base/vec3.h"
@@ -22,8 +22,8 @@ static float distance_squared(const float a[3], const float b[3])
     return vec3_dot(d, d);
 }
 
-/* The foot of the perpendicular if it lies in the triangle, else the nearest point of the three sides: simple, and right
- * for slivers and degenerate triangles too. */
+/* Returns the foot of the perpendicular if it lies in the triangle, else the nearest point of the three sides, which also
+ * holds for slivers and degenerate triangles. */
 static float closest_on_triangle(const float p[3], const float *c, float out[3])
 {
     float ab[3], ac[3], ap[3], n[3], w[3];

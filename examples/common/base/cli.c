@@ -18,7 +18,7 @@ struct cli_common cli_common_defaults(void)
     return common;
 }
 
-/* The shared part of every program's table; returns how many entries it wrote. */
+/* Writes the options that every program has; returns how many. */
 static int common_options(const struct cli_program *program, struct cli_option out[COMMON_COUNT])
 {
     struct cli_common *c = program->common;
@@ -64,7 +64,7 @@ bool cli_may_print(const struct cli_common *common)
 bool cli_read_double(const char *text, double *value)
 {
     char *end = NULL;
-    /* strtod would also take leading blanks, "inf", "nan" and hexadecimal floats. */
+    /* Reject what strtod would take: leading blanks, "inf", "nan" and hexadecimal floats. */
     for (const char *c = text; *c; ++c) {
         if (!isdigit((unsigned char)*c) && !strchr("+-.eE", *c)) {
             return false;
@@ -201,7 +201,7 @@ static void print_option(const struct cli_option *o)
     case CLI_FLOAT:
         printf(" [%g]", (double)*(const float *)o->destination);
         break;
-    case CLI_DOUBLE: /* NaN: no default, the help says what happens without */
+    case CLI_DOUBLE: /* NaN: there is no default to show */
         if (!isnan(*(const double *)o->destination)) {
             printf(" [%g]", *(const double *)o->destination);
         }
@@ -259,68 +259,83 @@ static const struct cli_option *find_option(const struct cli_option *options, in
     return NULL;
 }
 
+/* Looks for --help before anything else, because it takes precedence over a mistake in the line. */
+static bool wants_help(int argc, char **argv)
+{
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; ++i) {
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Stores the next positional argument, of which `*count` were stored before. */
+static int take_positional(const struct cli_program *program, const char *token, int *count)
+{
+    const int last = program->positional_count - 1;
+    const bool repeats = program->repeated && *count >= last;
+    if (repeats ? *program->repeated == program->max_repeated : *count > last) {
+        return cli_fail(program->name, CLI_EXIT_USAGE, "unexpected argument '%s' (see --help)", token);
+    }
+    if (repeats) {
+        program->positionals[last].destination[(*program->repeated)++] = token;
+        *count = program->positional_count;
+    } else {
+        *program->positionals[(*count)++].destination = token;
+    }
+    return CLI_CONTINUE;
+}
+
+/* Stores the option of argv[*i], "--name", "--name=value" or "--name" and the next word, to which *i then points. */
+static int take_option(const struct cli_program *program, const struct cli_option *common, int common_count, int argc,
+                       char **argv, int *i)
+{
+    const char *token = argv[*i], *name = token + 2;
+    const size_t length = token[1] == '-' ? strcspn(name, "=") : 0;
+    const struct cli_option *option = length ? find_option(program->options, program->option_count, name, length) : NULL;
+    if (!option && length) {
+        option = find_option(common, common_count, name, length);
+    }
+    if (!option) {
+        return cli_fail(program->name, CLI_EXIT_USAGE, "unknown option '%s' (see --help)", token);
+    }
+    const char *value = name[length] == '=' ? name + length + 1 : NULL;
+    if (option->type == CLI_FLAG && value) {
+        return cli_fail(program->name, CLI_EXIT_USAGE, "--%s takes no value", option->name);
+    }
+    if (option->type != CLI_FLAG && !value) {
+        if (*i + 1 >= argc) {
+            return cli_fail(program->name, CLI_EXIT_USAGE, "--%s needs a value", option->name);
+        }
+        value = argv[++*i];
+    }
+    return store(program, option, value);
+}
+
 int cli_parse(const struct cli_program *program, int argc, char **argv)
 {
     struct cli_option common[COMMON_COUNT];
     const int common_count = common_options(program, common);
-    int positional = 0;
+    int positionals = 0, status = CLI_CONTINUE;
     bool options_over = false;
-
-    /* --help wins over any other mistake in the line. */
-    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; ++i) {
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            print_usage(program, common, common_count);
-            return CLI_EXIT_OK;
-        }
+    if (wants_help(argc, argv)) {
+        print_usage(program, common, common_count);
+        return CLI_EXIT_OK;
     }
-    for (int i = 1; i < argc; ++i) {
+    for (int i = 1; i < argc && status == CLI_CONTINUE; ++i) {
         const char *token = argv[i];
         if (!options_over && strcmp(token, "--") == 0) {
             options_over = true;
-            continue;
-        }
-        if (options_over || token[0] != '-' || token[1] == '\0') {
-            const bool last = positional + 1 >= program->positional_count;
-            if (last && program->repeated ? *program->repeated == program->max_repeated : positional == program->positional_count) {
-                return cli_fail(program->name, CLI_EXIT_USAGE, "unexpected argument '%s' (see --help)", token);
-            }
-            if (last && program->repeated) {
-                program->positionals[program->positional_count - 1].destination[(*program->repeated)++] = token;
-                positional = program->positional_count;
-            } else {
-                *program->positionals[positional++].destination = token;
-            }
-            continue;
-        }
-        const char *name = token + 2;
-        const size_t length = token[1] == '-' ? strcspn(name, "=") : 0;
-        const struct cli_option *option =
-            length ? find_option(program->options, program->option_count, name, length) : NULL;
-        if (!option && length) {
-            option = find_option(common, common_count, name, length);
-        }
-        if (!option) {
-            return cli_fail(program->name, CLI_EXIT_USAGE, "unknown option '%s' (see --help)", token);
-        }
-        const char *text = name[length] == '=' ? name + length + 1 : NULL;
-        if (option->type == CLI_FLAG) {
-            if (text) {
-                return cli_fail(program->name, CLI_EXIT_USAGE, "--%s takes no value", option->name);
-            }
-        } else if (!text) {
-            if (i + 1 >= argc) {
-                return cli_fail(program->name, CLI_EXIT_USAGE, "--%s needs a value", option->name);
-            }
-            text = argv[++i];
-        }
-        const int status = store(program, option, text);
-        if (status != CLI_CONTINUE) {
-            return status;
+        } else if (options_over || token[0] != '-' || token[1] == '\0') {
+            status = take_positional(program, token, &positionals);
+        } else {
+            status = take_option(program, common, common_count, argc, argv, &i);
         }
     }
-    if (positional < program->positional_count && program->positionals[positional].required) {
+    if (status == CLI_CONTINUE && positionals < program->positional_count && program->positionals[positionals].required) {
         return cli_fail(program->name, CLI_EXIT_USAGE, "missing argument %s (see --help)",
-                        program->positionals[positional].name);
+                        program->positionals[positionals].name);
     }
-    return CLI_CONTINUE;
+    return status;
 }

@@ -32,7 +32,7 @@ enum cli_type {
 struct cli_option {
     const char *name; /* without the two dashes */
     enum cli_type type;
-    void *destination; /* as listed above; the value it holds at the start is the default shown by --help */
+    void *destination; /* of the type listed above; its value at the start is the default shown by --help */
     const char *value; /* placeholder in the help text, for example "N"; may be NULL */
     const char *help;  /* one line */
     double minimum;    /* the range counts only where minimum < maximum */
@@ -47,9 +47,9 @@ struct cli_positional {
     bool required; /* required ones come first */
 };
 
-/* The flags that every program has. */
+/* The options that every program has. */
 struct cli_common {
-    int grid;            /* --grid N: cells along the longest side; 0 = the program's choice */
+    int grid;            /* --grid N: voxels along the longest side; 0 = the program's choice */
     const char *params;  /* --params paper|default */
     const char *backend; /* --backend scalar|opencl */
     int threads;         /* --threads K; 0 = as many as the machine offers */
@@ -61,21 +61,21 @@ struct cli_common {
 struct cli_program {
     const char *name;
     const char *summary;
-    struct cli_common *common; /* NULL = no common flags but --help */
+    struct cli_common *common; /* NULL = no common options but --help */
     const struct cli_option *options;
     int option_count;
     const struct cli_positional *positionals;
     int positional_count;
-    int *repeated;     /* not NULL: the last positional may be given `max_repeated` times, its destination is an array */
-    int max_repeated; /* of that size, and *repeated, 0 at the start, becomes the number given */
+    int *repeated;     /* not NULL: the last positional may be given `max_repeated` times, into an array */
+    int max_repeated; /* *repeated, 0 at the start, becomes the number given */
 };
 
 enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };
 
 struct cli_common cli_common_defaults(void);
 
-/* CLI_CONTINUE, or the status that main should return: CLI_EXIT_OK after --help (usage on stdout), CLI_EXIT_USAGE after
- * one line on stderr. Destinations may be partly written when it fails. */
+/* Parses the command line. Returns CLI_CONTINUE, or the status for main to return: CLI_EXIT_OK after --help (usage on stdout),
+ * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. */
 int cli_parse(const struct cli_program *program, int argc, char **argv);
 
 /* Prints "name: message" as one line on stderr and returns `status`, so that main can `return cli_fail(...)`. */
@@ -85,13 +85,13 @@ int cli_fail(const char *name, int status, const char *format, ...)
 #endif
     ;
 
-/* The same with CLI_EXIT_FAILURE for wrappers that know the program's name: false, so that they can be returned. */
+/* Prints the same line for wrappers with a fixed program name; returns false, so that callers can return it. */
 bool cli_failed(const char *name, const char *format, va_list arguments);
 
-/* May the program print on standard output: no --quiet, no --json there? */
+/* Returns false if --quiet was given or --json goes to standard output. */
 bool cli_may_print(const struct cli_common *common);
 
-/* Strict readers, also useful on their own: the whole text, finite, no blanks. */
+/* Read a number strictly: the whole text, finite, no blanks. */
 bool cli_read_double(const char *text, double *value);
 bool cli_read_int(const char *text, int *value);
 

@@ -18,7 +18,7 @@ bool json_open(struct json_writer *json, const char *path)
     return json->file != NULL;
 }
 
-/* Length of the valid UTF-8 sequence at `text`, 0 if there is none. */
+/* Returns the length of the valid UTF-8 sequence at `text`, 0 if there is none. */
 static size_t utf8_length(const unsigned char *text)
 {
     const unsigned char c = text[0];
@@ -32,7 +32,7 @@ static size_t utf8_length(const unsigned char *text)
             return 0;
         }
     }
-    /* Overlong forms, surrogates and values above U+10FFFF. */
+    /* Refuse overlong forms, surrogates and values above U+10FFFF. */
     if ((c == 0xE0 && text[1] < 0xA0) || (c == 0xED && text[1] > 0x9F) || (c == 0xF0 && text[1] < 0x90)
         || (c == 0xF4 && text[1] > 0x8F)) {
         return 0;
@@ -87,7 +87,7 @@ static void indent(struct json_writer *json)
     }
 }
 
-/* Comma, line break and key before a value. Scalars in an array stay on one line. */
+/* Writes comma, line break and key before a value; scalars in an array stay on one line. */
 static void before(struct json_writer *json, const char *key, bool is_container)
 {
     if (json->depth == 0) {

@@ -1,8 +1,8 @@
 /* json.h - a small streaming JSON writer.
  *
- * Inside an object every call takes a key; inside an array (and for the outermost value) the key is NULL. Numbers are
- * printed with %.9g, NaN and infinities as null, text is escaped and made valid UTF-8 (bad bytes become U+FFFD), so the
- * output always parses. Calls never fail one by one: json_close tells whether everything was written. */
+ * Inside an object every call takes a key; inside an array and for the outermost value the key is NULL. Numbers are printed
+ * with %.9g, NaN and infinities as null; text is escaped and made valid UTF-8 (bad bytes become U+FFFD). So the output always
+ * parses. Errors are collected: json_close returns whether everything was written. */
 #ifndef EXAMPLES_BASE_JSON_H
 #define EXAMPLES_BASE_JSON_H
 
@@ -22,11 +22,11 @@ struct json_writer {
     bool has_items[JSON_DEPTH];
 };
 
-/* Opens `path` for writing ("-" = stdout). False if that failed; json_close must be called only after true. */
+/* Opens `path` for writing ("-" = stdout). Returns false on failure; call json_close only after true. */
 bool json_open(struct json_writer *json, const char *path);
 void json_open_stream(struct json_writer *json, FILE *file); /* the caller keeps the stream */
 bool json_close(
-    struct json_writer *json); /* ends open objects, adds a line end; false after any write error or misuse */
+    struct json_writer *json); /* closes open objects and adds a line end; false after any write error or misuse */
 
 void json_object_begin(struct json_writer *json, const char *key);
 void json_object_end(struct json_writer *json);
@@ -36,7 +36,7 @@ void json_number(struct json_writer *json, const char *key, double value);
 void json_integer(struct json_writer *json, const char *key, int64_t value);
 void json_string(struct json_writer *json, const char *key, const char *text); /* NULL is written as null */
 void json_bool(struct json_writer *json, const char *key, bool value);
-void json_ready(struct json_writer *json, const char *key, const char *value); /* JSON already; NULL is written as null */
+void json_ready(struct json_writer *json, const char *key, const char *value); /* `value` is JSON; NULL: null */
 void json_numbers(struct json_writer *json, const char *key, const double *values, size_t count);
 
 #endif

@@ -23,7 +23,7 @@ void page_escape(FILE *file, const char *text)
     }
 }
 
-/* <tag attribute>text</tag> */
+/* Writes <tag attribute>text</tag>. */
 static void element(const struct page *page, const char *tag, const char *attribute, const char *text)
 {
     fprintf(page->file, "<%s%s>", tag, attribute);

@@ -1,7 +1,7 @@
 /* progress.h - progress bar, clock and memory use for long runs.
  *
- * The bar goes to stderr, and only when stderr is a terminal and the program is not quiet, so logs stay clean. It is
- * redrawn at most ten times a second: call progress_update as often as you like. */
+ * The bar goes to stderr, only when stderr is a terminal and the program is not quiet, so logs stay clean. It is redrawn at
+ * most ten times a second, so progress_update may be called as often as convenient. */
 #ifndef EXAMPLES_BASE_PROGRESS_H
 #define EXAMPLES_BASE_PROGRESS_H
 
@@ -17,9 +17,9 @@ struct progress {
 
 void progress_begin(struct progress *progress, const char *label, size_t total, bool quiet);
 void progress_update(struct progress *progress, size_t done, const char *note); /* note: short text or NULL */
-void progress_end(struct progress *progress);                                   /* wipes the bar */
+void progress_end(struct progress *progress);                                   /* erases the bar */
 
-double elapsed_seconds(void); /* monotonic; only differences mean anything */
-double peak_rss_mib(void);    /* largest resident memory of this process so far */
+double elapsed_seconds(void); /* monotonic clock; only differences have a meaning */
+double peak_rss_mib(void);    /* peak resident memory of this process */
 
 #endif

@@ -1,4 +1,4 @@
-/* vec3.h - the few three-vector helpers that the example helpers share. */
+/* vec3.h - three-vectors. */
 #ifndef EXAMPLES_BASE_VEC3_H
 #define EXAMPLES_BASE_VEC3_H
 
@@ -15,7 +15,7 @@ static inline void vec3_sub(const float a[3], const float b[3], float out[3])
     }
 }
 
-/* a + s * b */
+/* Computes a + s * b. */
 static inline void vec3_add_scaled(const float a[3], float s, const float b[3], float out[3])
 {
     for (int i = 0; i < 3; ++i) {
@@ -31,7 +31,7 @@ static inline void vec3_cross(const float a[3], const float b[3], float out[3])
     out[2] = z;
 }
 
-/* Scales to length 1; a vector of no length becomes (0, 0, 1). Returns the old length. */
+/* Scales to length 1 and returns the old length; a zero vector becomes (0, 0, 1). */
 static inline float vec3_normalize(float a[3])
 {
     const float length = vec3_length(a);
@@ -41,7 +41,7 @@ static inline float vec3_normalize(float a[3])
     return length;
 }
 
-/* Normal of length 1 of a triangle given by nine floats; returns its area. */
+/* Computes the unit normal of a triangle of nine floats; returns the triangle's area. */
 static inline float vec3_triangle_normal(const float c[9], float normal[3])
 {
     float a[3], b[3];

@@ -1,4 +1,4 @@
-/* character.c - poses of a character, and what its vertices weigh. */
+/* character.c - poses of a character, and bone weights. */
 #include "character/character.h"
 
 #include "base/cli.h"
@@ -65,7 +65,7 @@ int character_joint(const struct character *character, const char *name)
 
 /* ---- poses ---- */
 
-/* Number of the last key that is not after `time`, and how far it is to the next one, 0..1. */
+/* Finds the last key that is not after `time`, and the fraction of the way to the next key. */
 static int find_key(const struct keys *keys, double time, double *fraction)
 {
     int low = 0, high = keys->count - 1;

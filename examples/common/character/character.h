@@ -1,8 +1,8 @@
-/* character.h - a skinned, animated character: surface, skeleton, bone weights, animations, colours.
+/* character.h - a skinned, animated character: surface, skeleton, bone weights, animations, colors.
  *
- * All of it stands in one neutral pose, the one that it was bound in, in world coordinates. In another pose vertex v is at
- * sum over its bones j of weight * skin[j] v, with skin[j] = (place of joint j in the pose) * (its neutral place)^-1: linear
- * blend skinning (Lewis et al. 2000, reference [60] of the paper). */
+ * Everything is stored in the neutral pose, in which the surface was bound, in world coordinates. In another pose vertex v is
+ * at the sum over its bones j of weight * skin[j] v, with skin[j] = (placement of joint j in the pose) * (neutral
+ * placement)^-1: linear blend skinning (Lewis et al. 2000, reference [60] of the paper). */
 #ifndef EXAMPLES_CHARACTER_CHARACTER_H
 #define EXAMPLES_CHARACTER_CHARACTER_H
 
@@ -22,13 +22,13 @@ struct influences {
 
 struct joint {
     char name[CHARACTER_NAME];
-    int parent;             /* before its children; -1 = none */
+    int parent;             /* stored before its children; -1 = none */
     struct placement rest;  /* relative to the parent, where no animation moves it */
-    struct affine neutral;  /* its place in the world when the surface was bound */
-    bool bone;              /* some vertex follows it */
+    struct affine neutral;  /* placement in the world when the surface was bound */
+    bool bone;              /* at least one vertex has a weight on it */
 };
 
-struct keys { /* of one property of a joint; linear between them */
+struct keys { /* animation of one property of a joint; linear between keys */
     int count;
     double *times;  /* seconds, rising */
     double *values; /* 3 a key, or 4: quaternion w, x, y, z */
@@ -51,47 +51,46 @@ struct character {
     struct joint *joints;
     float *positions; /* 3 a vertex */
     float *uvs;       /* 2 a vertex */
-    float *colors;    /* 3 a vertex, display values; times the image's, where the triangle has one */
+    float *colors;    /* 3 a vertex, display values; multiplied by the image's where the triangle has one */
     struct influences *influences;
     int *triangles; /* 3 each */
-    int *images_of; /* a triangle's image, or -1 */
+    int *images_of; /* image of each triangle, or -1 */
     struct image *images;
     struct animation *animations;
-    bool skinned;    /* some part has bones */
-    int unnormal;    /* vertices whose weights did not sum to 1 to within a hundredth, before they were made to */
-    int unweighted;  /* vertices of skinned parts without a weight: they follow the root */
-    int prop_count;  /* rigid parts that hang on bones, taken or left out */
+    bool skinned;    /* at least one part has bones */
+    int unnormal;    /* vertices whose weights did not sum to 1 within 0.01 in the file */
+    int unweighted;  /* vertices of skinned parts without a weight: attached to the root */
+    int prop_count;  /* rigid parts attached to bones, whether read or skipped */
     char (*props)[CHARACTER_NAME]; /* their names */
 };
 
-/* Through assimp. props: rigid parts that hang on bones too, those whose names hold one of these words (with commas between;
- * "all";
- * NULL: none). False: one line in `error`, nothing to free. */
+/* Reads a file through assimp. props: words, comma-separated, "all" or NULL: rigid parts attached to bones are read if their
+ * name contains one of the words. Returns false with one line in `error` and nothing to free. */
 bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT]);
 
-/* Two bodies that come with the program, on one skeleton: a slim one with arms and legs, and a broad one with a tail and horns.
- * number: 0 or 1. */
+/* Builds one of two bodies that need no file, on the same skeleton: 0 a slim one with arms and legs, 1 a broad one with a tail
+ * and horns. */
 bool character_build(int number, struct character *character, char error[CHARACTER_TEXT]);
 
 void character_free(struct character *character);
 
-/* By name, or by number as text from 0; -1: there is none. NULL: the first, if there is one. */
+/* Finds an animation by name, or by number from 0 as text. Returns -1 if there is none; NULL selects the first. */
 int character_animation(const struct character *character, const char *name);
 
 int character_joint(const struct character *character, const char *name); /* -1: none */
 
-/* Skinning matrices, one a joint, of an animation at a time. animation -1: neutral pose. blend: 0 the neutral pose, 1 the
- * animation's, between: on the way. places: the joints' own places in the world. */
+/* Computes the skinning matrices, one a joint, of an animation at a time. animation -1: neutral pose. blend: 0 the neutral
+ * pose, 1 the animation's pose, in between interpolated. places: the joints' placements in the world. */
 void character_pose(const struct character *character, int animation, double time, double blend, struct affine *skin,
                     struct affine *places);
 
-/* Linear blend skinning: sum of weight * skin[joint]. */
+/* Returns the linear blend skinning matrix: the sum of weight * skin[joint]. */
 struct affine influences_blend(const struct influences *influences, const struct affine *skin);
 
-/* The surface under skinning matrices. */
+/* Transforms the surface by skinning matrices. */
 void character_skin(const struct character *character, const struct affine *skin, float *positions);
 
-/* Where the joint is in the neutral pose. */
+/* Returns the joint's position in the neutral pose. */
 static inline void joint_place(const struct joint *joint, float place[3])
 {
     for (int i = 0; i < 3; ++i) {
@@ -99,9 +98,9 @@ static inline void joint_place(const struct joint *joint, float place[3])
     }
 }
 
-/* Adds weight on a joint: to its own entry, to a free one, or in the place of the smallest if that is less. */
+/* Adds weight on a joint: to its own entry, to a free one, or replacing the smallest if that is less. */
 void influences_add(struct influences *influences, int joint, float weight);
-/* Scales the weights to sum 1; returns their sum before. Without any, joint `otherwise` takes all. */
+/* Scales the weights to sum 1 and returns their sum before. If there are none, joint `otherwise` gets weight 1. */
 float influences_normalize(struct influences *influences, int otherwise);
 
 #endif

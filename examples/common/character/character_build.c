@@ -1,5 +1,5 @@
-/* character_build.c - two bodies that need no file: capsules along the bones of a skeleton, with weights that blend at joints, a
- * checker as colours, and a walk. */
+/* character_build.c - two bodies that need no file: capsules along the bones of a skeleton, weights that blend at joints, a
+ * checker as colors, and a walk. */
 #include "character/character.h"
 
 #include "base/vec3.h"
@@ -13,7 +13,7 @@ enum { COLUMNS = 16, ROWS = 18, CAP_ROWS = 4, PART_VERTICES = (COLUMNS + 1) * RO
 
 #define WALK_SECONDS 1.2
 
-struct limb { /* a joint, and the capsule from there to `end` */
+struct limb { /* a joint, and the capsule from the joint to `end` */
     const char *name;
     int parent;
     float place[3], end[3], radius[2];
@@ -61,7 +61,7 @@ static const struct limb broad[] = {
 
 /* ---- surface ---- */
 
-/* Along a capsule of length 1 with caps: where the row lies, and how wide it is. */
+/* Computes the position along the bone and the width of a ring of the capsule with caps, for length 1. */
 static void row_place(int row, const float radius[2], float length, float *along, float *width)
 {
     const int body = ROWS - 2 * CAP_ROWS;
@@ -79,7 +79,7 @@ static void row_place(int row, const float radius[2], float length, float *along
     }
 }
 
-/* Half and half at a joint; all one's own from a fifth of the bone on. */
+/* Blends weights: half and half at a joint, all on the own bone beyond a fifth of its length. */
 static struct influences blend_at(const struct limb *limbs, int count, int bone, float along)
 {
     struct influences in;

@@ -1,7 +1,7 @@
-/* character_read.c - a character from a file, through assimp.
+/* character_read.c - reads a character from a file through assimp.
  *
- * Parts may be bound in spaces of their own (inverse bind matrices of several skins); the first part that has a joint says where
- * that joint is in the neutral pose, and all vertices are brought there. */
+ * Parts may be bound in different spaces (inverse bind matrices of several skins). The first part that uses a joint determines
+ * the joint's neutral placement, and all vertices are transformed to that pose. */
 #include "character/character.h"
 
 #include "surface/mesh_io.h"
@@ -21,16 +21,16 @@
 
 enum { MAX_JOINTS = 4096 };
 
-/* One text for both. */
+/* Fails to compile unless both texts have the same length. */
 typedef char same_length[CHARACTER_TEXT == (int)MESH_TEXT ? 1 : -1];
 
 struct reader {
     const char *path;
     const struct aiScene *scene;
     struct character *character;
-    const struct aiNode **nodes; /* a joint's node */
-    struct affine *rest;         /* a joint's place when nothing moves it */
-    bool *bound;                 /* a joint whose neutral place a part has told */
+    const struct aiNode **nodes; /* node of each joint */
+    struct affine *rest;         /* placement of each joint when nothing moves it */
+    bool *bound;                 /* joints whose neutral placement a part has determined */
     char *error;
 };
 
@@ -43,7 +43,7 @@ static bool fail(struct reader *r, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(r->error + used, CHARACTER_TEXT - (size_t)used, format, arguments);
     va_end(arguments);
-    for (char *c = r->error; *c; ++c) { /* assimp's own texts may hold line ends */
+    for (char *c = r->error; *c; ++c) { /* assimp's texts may contain line ends */
         *c = *c == '\n' || *c == '\r' ? ' ' : *c;
     }
     return false;
@@ -58,7 +58,7 @@ static struct affine from_assimp(const struct aiMatrix4x4 *m)
     return a;
 }
 
-/* Finite, and can be inverted. */
+/* Returns true if the map is finite and invertible. */
 static bool usable(const struct affine *a)
 {
     const double d = affine_determinant(a);
@@ -104,7 +104,7 @@ static bool add_nodes(struct reader *r, const struct aiNode *node, int parent)
     return good;
 }
 
-/* Bones and the nodes of the parts may share names: a node without parts comes first. */
+/* Finds a joint by name; where bones and nodes of parts share a name, a node without parts is preferred. */
 static int find_joint(const struct reader *r, const char *name)
 {
     int found = -1;
@@ -119,8 +119,8 @@ static int find_joint(const struct reader *r, const char *name)
     return found;
 }
 
-/* Neutral places: of bones by their parts; of all others along the hierarchy. The whole is turned and scaled so that the first
- * bone is where it rests. */
+/* Sets neutral placements: of bones by their parts, of all others along the hierarchy. Rotates and scales everything so that
+ * the first bone is where it rests. */
 static bool bind_joints(struct reader *r)
 {
     struct character *c = r->character;
@@ -172,7 +172,7 @@ static bool bind_joints(struct reader *r)
 
 static float display_value(float linear) { return powf(fmaxf(0.0f, fminf(1.0f, linear)), 1.0f / 2.2f); }
 
-/* Beside the character's own file. */
+/* Loads an image from the folder of the character's file. */
 static bool load_image(struct reader *r, const char *name, struct image *image)
 {
     const char *slash = strrchr(r->path, '/');
@@ -188,7 +188,7 @@ static bool load_image(struct reader *r, const char *name, struct image *image)
     return good;
 }
 
-/* A material's colour, and the number of its image or -1: one that cannot be read is passed over. */
+/* Reads a material's color and the number of its image, -1 when it has none that can be read. */
 static int read_material(struct reader *r, unsigned number, float color[3])
 {
     struct character *c = r->character;
@@ -241,7 +241,7 @@ static bool read_weights(struct reader *r, const struct aiMesh *part, int first)
     return true;
 }
 
-/* From the part's own space into the neutral pose: by its bones, each from where this part has it to where all have it. */
+/* Transforms a part's vertices from the part's space to the neutral pose, each by its bones. */
 static bool bring_vertices(struct reader *r, const struct aiMesh *part, int node, int first)
 {
     struct character *c = r->character;
@@ -250,7 +250,7 @@ static bool bring_vertices(struct reader *r, const struct aiMesh *part, int node
         return no_memory(r);
     }
     for (int j = 0; j < c->joint_count; ++j) {
-        bring[j] = c->joints[j].neutral; /* what has no bones stands in its node's space */
+        bring[j] = c->joints[j].neutral; /* a part without bones is in its node's space */
     }
     for (unsigned b = 0; b < part->mNumBones; ++b) {
         const int j = find_joint(r, part->mBones[b]->mName.data);
@@ -292,7 +292,7 @@ static bool add_part(struct reader *r, int node, unsigned number)
         const float factor[3] = {k ? display_value(k->r) : 1.0f, k ? display_value(k->g) : 1.0f, k ? display_value(k->b) : 1.0f};
         c->positions[3 * at] = p->x, c->positions[3 * at + 1] = p->y, c->positions[3 * at + 2] = p->z;
         c->uvs[2 * at] = uv && isfinite(uv->x) ? uv->x : 0.0f;
-        c->uvs[2 * at + 1] = uv && isfinite(uv->y) ? 1.0f - uv->y : 0.0f; /* assimp turns glTF's v round */
+        c->uvs[2 * at + 1] = uv && isfinite(uv->y) ? 1.0f - uv->y : 0.0f; /* assimp reverses glTF's v */
         for (size_t i = 0; i < 3; ++i) {
             c->colors[3 * at + i] = color[i] * (isfinite(factor[i]) ? factor[i] : 1.0f);
         }
@@ -319,7 +319,7 @@ static bool add_part(struct reader *r, int node, unsigned number)
     return read_weights(r, part, first) && bring_vertices(r, part, node, first);
 }
 
-/* Does the name hold one of the words, whatever their case? */
+/* Returns true if the name contains one of the words, ignoring case. */
 static bool named(const char *name, const char *words)
 {
     while (*words) {
@@ -338,7 +338,7 @@ static bool named(const char *name, const char *words)
     return false;
 }
 
-/* Skinned parts, and rigid ones if they are asked for or if there is nothing else. */
+/* Selects skinned parts; rigid ones only if they are requested or if there is nothing else. */
 static bool wanted(struct reader *r, int node, unsigned part, const char *props)
 {
     return r->scene->mMeshes[part]->mNumBones > 0 || !r->character->skinned

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* glTF 2.0 specification, 3.6.2.2: types of components, and targets of buffer views. */
+/* Types of components and targets of buffer views, glTF 2.0 specification, 3.6.2.2. */
 enum { USHORT = 5123, UINT = 5125, FLOAT = 5126, VERTICES = 34962, INDICES = 34963 };
 
 struct gltf {
@@ -58,7 +58,7 @@ static void *take_bytes(struct gltf *g, size_t size)
     return made;
 }
 
-/* A little-endian machine is taken for granted here, as assimp does; data is copied. */
+/* Adds an accessor with a copy of the data, on a little-endian machine, which assimp also assumes. */
 static int accessor(struct gltf *g, const void *data, int count, int width, int component, int target, bool normalized)
 {
     static const char *const type[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
@@ -85,7 +85,7 @@ static int accessor(struct gltf *g, const void *data, int count, int width, int 
     return cJSON_GetArraySize(g->accessors) - 1;
 }
 
-/* With the bounds that the specification wants of positions and of the times of keys. */
+/* Adds an accessor with the bounds that the specification requires for positions and key times. */
 static int bounded_accessor(struct gltf *g, const float *data, int count, int width, int target)
 {
     double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -140,7 +140,7 @@ static bool finish(struct gltf *g, const char *path)
 
 /* ---- meshes ---- */
 
-/* Colours of glTF are linear. */
+/* Adds vertex colors, which are linear in glTF. */
 static void add_colors(struct gltf *g, cJSON *attributes, const struct gltf_mesh *mesh)
 {
     uint16_t *linear = malloc(8 * (size_t)mesh->vertex_count + 8);
@@ -255,7 +255,7 @@ bool gltf_write_sequence(const char *path, const struct gltf_mesh *frames, int c
         cJSON_AddStringToObject(node, "name", name);
         number(node, "mesh", f);
         add_mesh(&g, &frames[f]);
-        /* Hidden, shown, hidden: the first has no time before, the last none after. */
+        /* Each mesh is hidden, shown, hidden; the first frame has no time before and the last none after. */
         const float start = (float)f / (float)fps, end = (float)(f + 1) / (float)fps;
         const float times[3] = {0.0f, start, end}, scales[9] = {0, 0, 0, 1, 1, 1, 0, 0, 0};
         const int skip = f == 0, keys = 3 - skip - (f == count - 1 && count > 1);
@@ -286,7 +286,7 @@ static struct placement joint_placement(const struct character *character, const
     return placement_of(&local);
 }
 
-/* glTF has quaternions as x, y, z, w. */
+/* Splits a placement for glTF, whose quaternions are x, y, z, w. */
 static void spread(const struct placement *p, float translation[3], float rotation[4], float scale[3])
 {
     for (int i = 0; i < 3; ++i) {
@@ -346,7 +346,7 @@ static void add_motion(struct gltf *g, const struct character *character, int nu
     struct affine *skin = malloc(joints * sizeof *skin);
     g->failed = g->failed || !values || !times || !skin;
     for (int k = 0; !g->failed && k < keys; ++k) {
-        times[k] = (float)fmin((double)k / fps, 0.9999 * animation->duration); /* the end is the beginning again */
+        times[k] = (float)fmin((double)k / fps, 0.9999 * animation->duration); /* the end of the animation is its beginning */
         character_pose(character, number_of, (double)times[k], 1.0, skin, places);
         for (int j = 0; j < character->joint_count; ++j) {
             const struct placement p = joint_placement(character, places, j);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Symmetric, by rows; the diagonal apart. */
+/* A symmetric sparse matrix by rows, the diagonal separate. */
 struct matrix {
     int size;
     int *row; /* size + 1 */
@@ -35,8 +35,8 @@ static int compare_entries(const void *a, const void *b)
     return e->row != f->row ? (e->row > f->row) - (e->row < f->row) : (e->column > f->column) - (e->column < f->column);
 }
 
-/* Cotangent Laplacian (Pinkall & Polthier 1993): entry ij is -(cot alpha + cot beta)/2, angles opposite the edge ij. Positive
- * semi-definite whatever the triangles; area[v] is a third of the triangles around v. */
+/* Computes the cotangent Laplacian (Pinkall & Polthier 1993): entry ij is -(cot alpha + cot beta)/2, angles opposite the edge
+ * ij. It is positive semi-definite for any triangles; area[v] is a third of the area of the triangles at v. */
 static bool laplacian(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct matrix *m,
                       double *area)
 {
@@ -61,7 +61,7 @@ static bool laplacian(const float *positions, int vertex_count, const int *trian
             vec3_sub(positions + 3 * j, positions + 3 * at, v);
             vec3_cross(u, v, across);
             const double twice = (double)vec3_length(across), size = (double)(vec3_length(u) * vec3_length(v));
-            const double half = 0.5 * (double)vec3_dot(u, v) / fmax(twice, 1e-3 * size + 1e-30); /* slivers do not rule */
+            const double half = 0.5 * (double)vec3_dot(u, v) / fmax(twice, 1e-3 * size + 1e-30); /* limits slivers */
             const struct entry both[2] = {{i, j, -half}, {j, i, -half}};
             memcpy(entries + used, both, sizeof both);
             used += 2;
@@ -81,7 +81,7 @@ static bool laplacian(const float *positions, int vertex_count, const int *trian
         }
         m->row[entries[e].row + 1] = filled;
     }
-    for (int v = 0; v < vertex_count; ++v) { /* vertices of no triangle have empty rows */
+    for (int v = 0; v < vertex_count; ++v) { /* vertices without triangles have empty rows */
         m->row[v + 1] = m->row[v + 1] > m->row[v] ? m->row[v + 1] : m->row[v];
     }
     free(entries);
@@ -108,7 +108,8 @@ static double dot(const double *a, const double *b, int count)
     return sum;
 }
 
-/* Conjugate gradients, preconditioned by the diagonal; x holds the first guess. work: 4 * size. Returns the iterations. */
+/* Solves by conjugate gradients with a diagonal preconditioner; x holds the first guess. work: 4 * size. Returns the
+ * iterations. */
 static int solve(const struct matrix *m, const double *b, double *x, double *work)
 {
     const int n = m->size;
@@ -139,7 +140,7 @@ static int solve(const struct matrix *m, const double *b, double *x, double *wor
     return iteration;
 }
 
-/* ---- which bone warms a vertex ---- */
+/* ---- heat of the bones at a vertex ---- */
 
 static float segment_distance(const struct bone *bone, const float point[3], float nearest[3])
 {
@@ -153,7 +154,7 @@ static float segment_distance(const struct bone *bone, const float point[3], flo
     return vec3_length(d);
 }
 
-/* The straight way to the bone does not leave the body: it goes in, and meets no triangle beyond the vertex's own. */
+/* Returns true if the straight line to the bone stays inside the body: it goes inward and meets no other triangle. */
 static bool is_visible(const struct bvh *bvh, const float point[3], const float normal[3], const float there[3], float edge)
 {
     float direction[3];
@@ -166,7 +167,7 @@ static bool is_visible(const struct bvh *bvh, const float point[3], const float 
     return vec3_dot(direction, normal) < 0.0f && !bvh_any_hit(bvh, point, direction, edge, length);
 }
 
-/* Heat and share of every bone at a vertex; bones that are equally near share. */
+/* Computes the heat at a vertex and each bone's share, equal for bones that are equally near. */
 static bool warm(const struct bvh *bvh, const float *point, const float *normal, const struct bone *bones, int count, float edge,
                  double *heat, float *share)
 {
@@ -272,7 +273,7 @@ bool heat_weights(const float *positions, int vertex_count, const int *triangles
             h.right[v] = h.heat[v] * h.x[v];
         }
         report->iterations += solve(&h.matrix, h.right, h.x, h.work);
-        for (int v = 0; v < vertex_count; ++v) { /* the maximum principle holds but for obtuse triangles */
+        for (int v = 0; v < vertex_count; ++v) { /* obtuse triangles violate the maximum principle */
             weights[(size_t)v * (size_t)bone_count + (size_t)b] = (float)fmax(0.0, h.x[v]);
         }
     }

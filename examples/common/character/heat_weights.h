@@ -1,9 +1,8 @@
 /* heat_weights.h - bone weights as heat in equilibrium: Baran & Popovic, "Automatic rigging and animation of 3D characters"
  * (Pinocchio, SIGGRAPH 2007), reference [59] of the paper.
  *
- * Weight w of bone i solves -Laplace w + H w = H p: the surface conducts heat and the bone warms what it is nearest to, with
- * p = 1 at vertices whose nearest bone it is and H = 1/d^2 where that bone is seen from the vertex without leaving the body,
- * else 0. */
+ * The weight w of bone i solves -Laplace w + H w = H p: the surface conducts heat from the bones nearest to it. p = 1 at
+ * vertices whose nearest bone is i; H = 1/d^2 where the line from the vertex to that bone stays inside the body, else 0. */
 #ifndef EXAMPLES_CHARACTER_HEAT_WEIGHTS_H
 #define EXAMPLES_CHARACTER_HEAT_WEIGHTS_H
 
@@ -15,13 +14,13 @@ struct bone {
 };
 
 struct heat_report {
-    int visible;           /* vertices that see their nearest bone */
-    int iterations;     /* of conjugate gradients, all bones together */
-    double sum_error;   /* largest |sum of weights - 1| before they were made to sum to 1 */
+    int visible;           /* vertices from which the nearest bone is visible */
+    int iterations;     /* of conjugate gradients, for all bones together */
+    double sum_error;   /* largest |sum of weights - 1| before normalization */
 };
 
-/* A closed surface with triangles counter-clockwise from outside. weights: [vertex * bone_count + bone]. False: no bones, no
- * vertex that sees one, or memory. */
+/* Computes weights on a closed surface with triangles counter-clockwise from outside. weights: [vertex * bone_count + bone].
+ * Returns false if there are no bones, no vertex has a visible bone, or memory is short. */
 bool heat_weights(const float *positions, int vertex_count, const int *triangles, int triangle_count, const struct bone *bones,
                   int bone_count, float *weights, struct heat_report *report);
 

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- which joint is which ---- */
+/* ---- mapping joints ---- */
 
-/* Joints that vertices follow, and those above them. */
+/* Marks joints that vertices depend on, and the joints above them. */
 static bool *used_joints(const struct character *character)
 {
     bool *used = calloc((size_t)character->joint_count + 1, sizeof *used);
@@ -58,7 +58,7 @@ static int map_by_names(const struct character *source, const bool *source_used,
     return pairs;
 }
 
-/* Where the joints below lie on average, seen from it. */
+/* Computes the mean direction of the joints below a joint. */
 static void branch_direction(const struct character *character, int joint, float direction[3])
 {
     float origin[3], place[3];
@@ -76,7 +76,7 @@ static void branch_direction(const struct character *character, int joint, float
     }
 }
 
-/* Direction from a joint to the middle of a child's branch. */
+/* Computes the direction from a joint to the middle of a child's branch. */
 static void child_direction(const struct character *character, int joint, int child, float direction[3])
 {
     float from[3], to[3], branch[3];
@@ -93,7 +93,7 @@ static int map_branches(const struct character *source, const bool *source_used,
 {
     int pairs = 1;
     map[i] = j;
-    for (;;) { /* the best pair of children that are still alone */
+    for (;;) { /* pair the best two children that are still unpaired */
         int best_i = -1, best_j = -1;
         float best = -2.0f;
         for (int a = i + 1; a < source->joint_count; ++a) {
@@ -132,7 +132,7 @@ static int first_bone(const struct character *character)
     return -1;
 }
 
-/* The bone with most bones below it: where feet or helpers have chains of their own, the first one may be none of the body. */
+/* Returns the bone with the most bones below it: the first bone may belong to a helper chain, as for feet. */
 static int trunk(const struct character *character)
 {
     int best = -1, best_below = -1;
@@ -228,9 +228,9 @@ int skeleton_map(const struct character *source, const struct character *target,
     return pairs;
 }
 
-/* ---- bones turned and scaled ---- */
+/* ---- rotating and scaling bones ---- */
 
-/* The nearest joint above that has a like, -1: none. */
+/* Returns the nearest mapped joint above a joint, -1: none. */
 static int mapped_above(const struct character *source, const int *map, int joint)
 {
     int up = source->joints[joint].parent;
@@ -240,7 +240,7 @@ static int mapped_above(const struct character *source, const int *map, int join
     return up;
 }
 
-/* The smallest rotation from the direction of a to that of b (Rodrigues). */
+/* Returns the smallest rotation from the direction of a to the direction of b (Rodrigues). */
 static struct affine turn_onto(const float a[3], const float b[3])
 {
     float u[3] = {a[0], a[1], a[2]}, v[3] = {b[0], b[1], b[2]}, axis[3];
@@ -250,7 +250,7 @@ static struct affine turn_onto(const float a[3], const float b[3])
     vec3_cross(u, v, axis);
     const double cosine = (double)vec3_dot(u, v);
     double x = (double)axis[0], y = (double)axis[1], z = (double)axis[2], k = 1.0 / (1.0 + cosine);
-    if (cosine < -0.9999) { /* half a turn, about any axis across */
+    if (cosine < -0.9999) { /* half a turn about any perpendicular axis */
         const float other[3] = {fabsf(u[0]) < 0.5f ? 1.0f : 0.0f, fabsf(u[0]) < 0.5f ? 0.0f : 1.0f, 0.0f};
         vec3_cross(u, other, axis);
         vec3_normalize(axis);
@@ -269,14 +269,14 @@ static struct affine turn_onto(const float a[3], const float b[3])
     return r;
 }
 
-struct bone_ends { /* of one joint and its likes below: three or more points, the joint first */
+struct bone_ends { /* of a joint and its mapped children: three or more points, the joint first */
     float *from, *to;
     double *weights;
     size_t count;
 };
 
-/* Rotation and scale for two children or more: least squares; a cross of light points keeps what they leave open as it is above.
- * */
+/* Fits rotation and scale for two children or more by least squares; a cross of light points keeps the parent's orientation
+ * where the children leave it open. */
 static struct affine fit_fork(struct bone_ends *ends, const struct affine *above)
 {
     struct similarity fit;
@@ -316,7 +316,7 @@ static struct affine fit_bone(struct bone_ends *ends, const struct affine *above
     vec3_sub(ends->from + 3 * (ends->count - 1), ends->from, d);
     vec3_sub(ends->to + 3 * (ends->count - 1), ends->to, e);
     const double length = (double)vec3_length(d), wanted = (double)vec3_length(e), scale = cbrt(affine_determinant(above));
-    if (!(length > 0.0) || !(wanted > 0.0)) { /* no joint beyond */
+    if (!(length > 0.0) || !(wanted > 0.0)) { /* there is no joint beyond */
         return *above;
     }
     struct affine linear = *above;
@@ -330,7 +330,7 @@ static struct affine fit_bone(struct bone_ends *ends, const struct affine *above
     return a;
 }
 
-/* How much longer the target's bones are, all together. */
+/* Returns the ratio of the target's total bone length to the source's. */
 static double skeleton_ratio(const struct character *source, const struct character *target, const int *map)
 {
     double from = 0.0, to = 0.0;
@@ -354,8 +354,8 @@ static double skeleton_ratio(const struct character *source, const struct charac
 void skeleton_fit_bones(const struct character *source, const struct character *target, const int *map, struct affine *bones)
 {
     const size_t capacity = (size_t)source->joint_count + 8;
-    struct bone_ends ends = {malloc(3 * capacity * sizeof(float)), malloc(3 * capacity * sizeof(float)), malloc(capacity * sizeof(double)),
-                             0};
+    struct bone_ends ends = {malloc(3 * capacity * sizeof(float)), malloc(3 * capacity * sizeof(float)),
+                             malloc(capacity * sizeof(double)), 0};
     const double ratio = skeleton_ratio(source, target, map);
     for (int i = 0; i < source->joint_count; ++i) {
         const int up = mapped_above(source, map, i), parent = source->joints[i].parent;
@@ -380,7 +380,7 @@ void skeleton_fit_bones(const struct character *source, const struct character *
         bones[i] = fit_bone(&ends, &above);
         bones[i].m[3] = bones[i].m[7] = bones[i].m[11] = 0.0;
         affine_apply(&bones[i], ends.from, moved);
-        for (int k = 0; k < 3; ++k) { /* the joint itself comes to its like */
+        for (int k = 0; k < 3; ++k) { /* the joint itself moves onto its counterpart */
             bones[i].m[4 * k + 3] = (double)(ends.to[k] - moved[k]);
         }
     }

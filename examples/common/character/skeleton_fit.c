@@ -55,7 +55,7 @@ int skeleton_bones(const struct character *c, struct bone *bones, int *joints)
     return count;
 }
 
-/* ---- the donor's surface on the body's ---- */
+/* ---- fitting the donor's surface ---- */
 
 struct fit {
     struct target target;
@@ -99,7 +99,7 @@ static bool choose_points(const struct character *donor, struct fit *f)
     return true;
 }
 
-/* Normals go with the cofactors of the derivative. */
+/* Transforms a normal by the cofactors of the derivative. */
 static void move_normal(const float d[9], const float normal[3], float moved[3])
 {
     float c[3];
@@ -141,7 +141,7 @@ static bool lay_on(const struct character *donor, const float *positions, int ve
     return good;
 }
 
-/* ---- the skeleton that comes of it ---- */
+/* ---- the fitted skeleton ---- */
 
 static bool copy_keys(const struct keys *from, size_t width, struct keys *to)
 {
@@ -191,7 +191,7 @@ static void free_rig(struct character *body)
     body->joint_count = body->animation_count = 0;
 }
 
-/* Joints where the fit has put them, turned as the bones between them have turned. */
+/* Places the joints by the fit and rotates them with the bones between them. */
 static bool place_joints(const struct character *donor, const struct fit *f, struct character *body)
 {
     const size_t count = (size_t)donor->joint_count;
@@ -219,7 +219,7 @@ static bool place_joints(const struct character *donor, const struct fit *f, str
         const double scale = cbrt(fabs(affine_determinant(&turned[j])));
         struct affine place = affine_after(&turned[j], &donor->joints[j].neutral);
         for (int i = 0; i < 3; ++i) {
-            for (int k = 0; k < 3; ++k) { /* sizes stay the donor's */
+            for (int k = 0; k < 3; ++k) { /* keep the donor's scale */
                 joint->neutral.m[4 * i + k] = place.m[4 * i + k] / scale;
             }
         }

@@ -28,7 +28,7 @@ void places_free(struct places *places)
     memset(places, 0, sizeof *places);
 }
 
-/* Least squares in the triangle's plane; the place lies in the triangle already. */
+/* Computes barycentric weights by least squares in the triangle's plane; p lies in the triangle. */
 static void barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3])
 {
     float u[3], v[3], w[3];
@@ -84,7 +84,7 @@ void place_uv(const struct character *character, const struct place *place, floa
     }
 }
 
-/* A texel; pixel centres at half integers, the image repeats. */
+/* Returns a texel index; pixel centers are at half integers and the image repeats. */
 static int texel(float u, int size, float *part)
 {
     const float x = (u - floorf(u)) * (float)size - 0.5f, whole = floorf(x);

@@ -1,7 +1,7 @@
-/* surface_place.h - what is at a place on a character's surface: bone weights, UV, colour.
+/* surface_place.h - bone weights, UV and color at a place on a character's surface.
  *
- * A place is a triangle and barycentric weights of its corners, so what is looked up is what the artist put there: nothing is
- * interpolated across a seam of the texture, and one place has one UV however often springls are split. */
+ * A place is a triangle and barycentric weights of its corners. So values are never interpolated across a seam of the texture,
+ * and a place has the same UV however often springls are split. */
 #ifndef EXAMPLES_CHARACTER_SURFACE_PLACE_H
 #define EXAMPLES_CHARACTER_SURFACE_PLACE_H
 
@@ -18,16 +18,16 @@ struct places {
     struct bvh bvh;
 };
 
-/* False: no triangle, or memory. */
+/* Builds the search structure; returns false if there is no triangle or memory is short. */
 bool places_create(const struct character *character, struct places *places);
 void places_free(struct places *places);
 
-/* The nearest place of the neutral surface; returns its distance. */
+/* Finds the nearest place of the neutral surface; returns its distance. */
 float places_find(const struct places *places, const float point[3], struct place *place);
 
 struct influences place_influences(const struct character *character, const struct place *place);
 void place_uv(const struct character *character, const struct place *place, float uv[2]);
-/* Vertex colour times the image there (bilinear, the image repeats); display values. */
+/* Computes vertex color times image color (bilinear, the image repeats), as display values. */
 void place_color(const struct character *character, const struct place *place, float color[3]);
 
 #endif

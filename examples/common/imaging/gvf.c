@@ -6,7 +6,7 @@
 
 enum { SWEEPS = 12, COARSE_SWEEPS = 60, MIN_SIDE = 8 };
 
-/* Where |v| is this part of its largest, the field given out has half its length: so it falls to 0 at edges. */
+/* |v|, as a fraction of its largest, at which the field is scaled to half length, so that it falls to 0 at edges. */
 static const float half_length = 0.01f;
 
 struct strides {
@@ -19,7 +19,7 @@ static struct strides strides_of(const int dims[3])
     return s;
 }
 
-/* Means of 2 x 2 x 2 voxels; what is left over at the end of an odd side counts twice. */
+/* Averages 2 x 2 x 2 voxels; the last voxel of an odd side counts twice. */
 static bool halve(const struct volume *fine, struct volume *half)
 {
     const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
@@ -60,7 +60,7 @@ static bool halve(const struct volume *fine, struct volume *half)
     return true;
 }
 
-/* Central differences a unit of length, one-sided at the border. */
+/* Computes central differences in a unit of length, one-sided at the border. */
 static void gradient(const struct volume *v, const float *values, const int place[3], size_t at, float unit, float out[3])
 {
     const struct strides s = strides_of(v->dims);
@@ -71,7 +71,7 @@ static void gradient(const struct volume *v, const float *values, const int plac
     }
 }
 
-/* f = |grad seen|, scaled to a maximum of 1, into grid.data, which holds `image`. */
+/* Computes f = |grad image|, scaled to a maximum of 1, into grid.data, which holds the image. */
 static bool make_edge_map(struct volume *grid, float unit)
 {
     const size_t total = volume_voxels(grid);
@@ -98,8 +98,7 @@ static bool make_edge_map(struct volume *grid, float unit)
     return true;
 }
 
-/* The voxels of one colour of a chessboard of one slice, each set to what its neighbours ask for: the equation of eq. 12,
- * mu laplace v = |grad f|^2 (v - grad f), solved for the voxel's own v. */
+/* Solves eq. 12, mu laplace v = |grad f|^2 (v - grad f), for v at each voxel of one color of a slice's checkerboard. */
 static void relax_slice(const struct gvf *gvf, int k, int color, float mu, float unit)
 {
     const int *dims = gvf->grid.dims;
@@ -143,7 +142,7 @@ static void relax(const struct gvf *gvf, int sweeps, float mu, float unit)
     }
 }
 
-/* The field on gvf->grid, whose data are `image`: the coarser grid's first, then sweeps. */
+/* Computes the field on gvf->grid, whose data are the image, from the coarser grid's field by sweeps. */
 static bool solve(struct gvf *gvf, float mu, float unit)
 {
     const int *dims = gvf->grid.dims;

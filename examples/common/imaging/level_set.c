@@ -7,7 +7,7 @@
 enum { REDISTANCE = 4 }; /* iterations after a step */
 
 static const float band_width = 3.0f, courant = 0.5f, max_curvature = 2.0f;
-static const float min_slope = 0.8f, max_slope = 1.25f; /* of phi beside its zero, between which it counts as a distance */
+static const float min_slope = 0.8f, max_slope = 1.25f; /* slopes of phi beside its zero that still count as a distance */
 
 static size_t total_of(const struct level_set *set)
 {
@@ -16,7 +16,7 @@ static size_t total_of(const struct level_set *set)
 
 static float sign(float x) { return x < 0.0f ? -1.0f : 1.0f; }
 
-/* Differences to the neighbours before and after along each axis; the grid goes on as it ends. */
+/* Computes differences to the neighbors before and after along each axis; beyond the border values are constant. */
 static void differences(const struct level_set *set, const float *values, size_t at, float before[3], float after[3])
 {
     size_t step = 1;
@@ -28,7 +28,7 @@ static void differences(const struct level_set *set, const float *values, size_t
     }
 }
 
-/* |grad phi| as a front sees it that moves towards larger phi (direction 1) or smaller (-1). */
+/* Returns the upwind |grad phi| for a front that moves towards larger phi (direction 1) or smaller phi (-1). */
 static float godunov(const float before[3], const float after[3], float direction)
 {
     float sum = 0.0f;
@@ -40,7 +40,7 @@ static float godunov(const float before[3], const float after[3], float directio
     return sqrtf(sum);
 }
 
-/* kappa |grad phi| from the 27 voxels around; 0 at the border of the grid. */
+/* Computes kappa |grad phi| from the 27 voxels around; 0 at the border of the grid. */
 static float curvature_motion(const struct level_set *set, size_t at, float *slope)
 {
     const float *p = set->phi + at;
@@ -72,7 +72,7 @@ static float curvature_motion(const struct level_set *set, size_t at, float *slo
     return fmaxf(-max_curvature, fminf(max_curvature, kappa)) * *slope;
 }
 
-/* The voxels whose |phi| is within the band, and their neighbours. */
+/* Lists the voxels with |phi| within the band, and their neighbors. */
 static void find_band(struct level_set *set)
 {
     const size_t steps[3] = {1, (size_t)set->dims[0], (size_t)set->dims[0] * (size_t)set->dims[1]};
@@ -130,7 +130,8 @@ static void advance(struct level_set *set, float dt)
     take_next(set);
 }
 
-/* Russo and Smereka: where the zero is less than a voxel away, phi goes to the distance that it had; `before` holds it. */
+/* Restores the distance: where the zero is less than a voxel away, phi moves towards the sub-voxel distance (Russo and
+ * Smereka) of `before`, the values at the start. */
 static void redistance(struct level_set *set)
 {
     const float *old = set->before;
@@ -152,8 +153,8 @@ static void redistance(struct level_set *set)
                 slope += middle * middle;
             }
             if (crossed && slope > min_slope * min_slope && slope < max_slope * max_slope) {
-                set->next[at] = set->phi[at]; /* good enough, and what is not touched does not creep */
-            } else if (crossed) { /* central differences say nothing in the middle of a sheet: there the steepest one counts */
+                set->next[at] = set->phi[at]; /* close enough, and unchanged values cannot creep */
+            } else if (crossed) { /* in the middle of a sheet central differences vanish: use the steepest one */
                 slope = slope > 0.25f ? slope : fmaxf(steepest * steepest, 1e-6f);
                 set->next[at] = set->phi[at] - courant * (s * fabsf(set->phi[at]) - old[at] / sqrtf(slope));
             } else {

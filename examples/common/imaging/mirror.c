@@ -24,7 +24,7 @@ static void invert(const struct volume *v, double inverse[3][4])
     volume_world_to_index(v, origin, base);
     for (int c = 0; c < 3; ++c) {
         float world[3] = {0, 0, 0}, index[3];
-        world[c] = 1000.0f; /* far away, for the digits */
+        world[c] = 1000.0f; /* far away, for precision */
         volume_world_to_index(v, world, index);
         for (int r = 0; r < 3; ++r) {
             inverse[r][c] = ((double)index[r] - (double)base[r]) / 1000.0;
@@ -43,7 +43,7 @@ static void reflect(const struct mirror *mirror, const float x[3], double y[3])
     }
 }
 
-/* Value and gradient (world) of `counted` at a world point; false outside. */
+/* Samples `values` and their gradient at a world point; returns false outside. */
 static bool look(const struct task *task, const double y[3], double *value, double slope[3])
 {
     const int *dims = task->image->dims;
@@ -79,8 +79,8 @@ static bool look(const struct task *task, const double y[3], double *value, doub
     return true;
 }
 
-/* Mean square difference; DBL_MAX where less than half of the points fall into the image. With `normal`, the equations of
- * Gauss and Newton for a small turn about `center` and a small shift. */
+/* Returns the mean square difference, DBL_MAX where less than half of the points fall into the image. With `normal` it also
+ * computes the Gauss-Newton equations for a small rotation about `center` and a small shift. */
 static double misfit(const struct task *task, const struct mirror *mirror, const double center[3],
                      double normal[UNKNOWNS][UNKNOWNS + 1])
 {
@@ -111,7 +111,7 @@ static double misfit(const struct task *task, const struct mirror *mirror, const
     return 2 * inside >= task->count && inside > 0 ? sum / (double)inside : DBL_MAX;
 }
 
-/* Gauss's elimination without pivots, which a symmetric positive matrix does not need. */
+/* Solves a symmetric positive system by Gaussian elimination, which then needs no pivots. */
 static bool solve(double m[UNKNOWNS][UNKNOWNS + 1], double x[UNKNOWNS])
 {
     for (int r = 0; r < UNKNOWNS; ++r) {
@@ -135,7 +135,7 @@ static bool solve(double m[UNKNOWNS][UNKNOWNS + 1], double x[UNKNOWNS])
     return true;
 }
 
-/* After `mirror`: a turn by the vector `turn` (Rodrigues) about `center`, and a shift. */
+/* Composes `mirror` with a rotation by the vector `turn` (Rodrigues) about `center` and a shift. */
 static struct mirror moved(const struct mirror *mirror, const double center[3], const double turn[3], const double shift[3])
 {
     struct mirror out = *mirror;
@@ -183,7 +183,7 @@ static void gauss_newton(const struct task *task, struct mirror *mirror)
         }
         const struct mirror next = moved(mirror, center, x, x + 3);
         const double now = misfit(task, &next, center, NULL);
-        if (now < best) { /* Levenberg's rule: towards Newton while it helps, else towards small steps */
+        if (now < best) { /* Levenberg's rule: towards Newton after a success, else towards small steps */
             const bool done = now > 0.9999 * best;
             *mirror = next;
             best = now;
@@ -198,7 +198,7 @@ static void gauss_newton(const struct task *task, struct mirror *mirror)
     mirror->misfit = best < DBL_MAX ? sqrt(best) : HUGE_VAL;
 }
 
-/* World places of the voxels near the mask, not more than MAX_POINTS. */
+/* Collects world places of at most MAX_POINTS voxels near the mask. */
 static bool take_points(const struct volume *image, const uint8_t *mask, float around, struct task *task)
 {
     const size_t total = volume_voxels(image);
@@ -208,7 +208,7 @@ static bool take_points(const struct volume *image, const uint8_t *mask, float a
         return false;
     }
     for (size_t n = 0; n < total; ++n) {
-        distance[n] = mask[n] ? -0.1f : INFINITY; /* known where it is inside */
+        distance[n] = mask[n] ? -0.1f : INFINITY; /* only the inside is known */
     }
     segment_extend_distance(image, 0.2f, distance);
     for (size_t n = 0; n < total; ++n) {
@@ -228,7 +228,7 @@ static bool take_points(const struct volume *image, const uint8_t *mask, float a
     return task->points != NULL;
 }
 
-/* The plane x = c, for which the misfit is least. */
+/* Finds the plane x = c with the smallest misfit. */
 static bool find_plane(const struct task *task, float step, struct mirror *mirror)
 {
     double best = DBL_MAX, lo = INFINITY, hi = -INFINITY;
@@ -277,7 +277,7 @@ bool mirror_find(const struct volume *image, const float *values, const uint8_t 
 
 void mirror_apply(const struct mirror *mirror, const struct volume *from, const struct volume *to, float *result)
 {
-    /* The mirror's matrix is orthogonal: the place before it is m^T (x - t). The affine of a grid that lies there: */
+    /* The mirror's matrix is orthogonal, so the inverse is m^T (x - t): a grid placed there samples the reflection. */
     struct volume moved_to = *to;
     for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 4; ++c) {

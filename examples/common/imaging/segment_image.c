@@ -65,7 +65,7 @@ void segment_resample(const struct volume *from, const float *values, const stru
 
 /* ---- intensities ---- */
 
-/* Along the line of `count` values that lie `stride` apart; beyond its ends it goes on with its last values. */
+/* Convolves a line of `count` values, `stride` apart; beyond its ends values are constant. */
 static void blur_line(float *line, int count, size_t stride, const float *kernel, int half_width, float *copy)
 {
     for (int i = 0; i < count; ++i) {
@@ -80,7 +80,7 @@ static void blur_line(float *line, int count, size_t stride, const float *kernel
     }
 }
 
-/* Half a Gaussian kernel of 3 standard deviations (in voxels); kernel has reach + 1 weights. */
+/* Computes half a Gaussian kernel of 3 standard deviations (in voxels): half_width + 1 weights. */
 static void gaussian(float deviation, int half_width, float *kernel)
 {
     float sum = 0.0f;
@@ -131,7 +131,7 @@ bool segment_blur(const struct volume *image, float size, float *values)
     return good;
 }
 
-/* The class of a value among `classes` equal ones between low and high. */
+/* Returns the class of a value among `classes` equal classes between low and high. */
 static int class_of(float value, double low, double high, int classes)
 {
     const double place = ((double)value - low) / (high - low) * classes;
@@ -175,7 +175,7 @@ float segment_otsu(const struct volume *image)
             best = between;
             first = c;
         }
-        if (between >= best) last = c; /* equal over empty classes: the middle of them */
+        if (between >= best) last = c; /* equal over empty classes: take their middle */
     }
     return (float)(low + (high - low) * (0.5 * (first + last) + 1) / OTSU_CLASSES);
 }
@@ -185,7 +185,7 @@ static size_t voxel_index(const int dims[3], const int place[3])
     return (size_t)place[0] + (size_t)dims[0] * ((size_t)place[1] + (size_t)dims[1] * (size_t)place[2]);
 }
 
-/* How much the intensity changes over `size` mm at a voxel: central differences. */
+/* Returns the change of the intensity over `size` mm at a voxel, by central differences. */
 static float change(const struct volume *image, const float *values, const int place[3], float size)
 {
     const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
@@ -200,7 +200,7 @@ static float change(const struct volume *image, const float *values, const int p
     return size * sqrtf(sum);
 }
 
-/* mm from the face of the image's box, negative inside. */
+/* Returns the distance in mm from the face of the image's box, negative inside. */
 static float box_distance(const struct volume *image, const int place[3])
 {
     float distance = -INFINITY;
@@ -261,7 +261,7 @@ void segment_combine(const struct volume *image, const struct segment_push *push
                         sum *= 1.0f - push->edge_weight + push->edge_weight / (1.0f + steep * steep);
                     }
                 }
-                if (push->away) { /* beyond `stay` from the start there is only the way back */
+                if (push->away) { /* beyond `stay` from the start only push back */
                     sum = fminf(sum, (push->stay - push->away[n]) / push->size);
                     sum = fmaxf(sum, (-push->stay - push->away[n]) / push->size);
                 }
@@ -285,9 +285,9 @@ size_t segment_mask(const struct volume *labels, const int *wanted, int count, u
     return set;
 }
 
-/* ---- parts ---- */
+/* ---- connected components ---- */
 
-/* Gives the number `component` to everything that hangs together with `first` on its side of zero; returns how much that is. */
+/* Assigns the number `component` to all voxels connected with `first` on its side of zero; returns how many. */
 static int flood(const int dims[3], const float *phi, int first, int component, int *components, int *queue)
 {
     const int strides[3] = {1, dims[0], dims[0] * dims[1]};
@@ -314,7 +314,7 @@ bool segment_keep_largest(const int dims[3], float *phi)
 {
     const int total = dims[0] * dims[1] * dims[2];
     int *components = calloc((size_t)total, sizeof *components), *queue = malloc((size_t)total * sizeof *queue);
-    int component = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* of what is above zero, of what is below */
+    int component = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* index 0: above zero, 1: below */
     for (int n = 0; components && queue && n < total; ++n) {
         if (components[n] == 0) {
             const int below = phi[n] < 0.0f, count = flood(dims, phi, n, ++component, components, queue);
@@ -331,7 +331,7 @@ bool segment_keep_largest(const int dims[3], float *phi)
     return good;
 }
 
-/* Is the flag set at a voxel or one of its neighbours through faces? */
+/* Returns true if the flag is set at a voxel or one of its face neighbors. */
 static bool is_set_around(const int dims[3], const uint8_t *flags, const int place[3])
 {
     const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
@@ -352,7 +352,7 @@ static bool is_on_edge(const int dims[3], const int place[3])
     return faces >= 2;
 }
 
-/* Sets `reached` where the ball's middle comes, given where it may not be: `shut` below zero. */
+/* Sets `reached` at the places that the ball's center can reach from the edge of the box without entering shut < 0. */
 static size_t flood_ball_centers(const int dims[3], const float *shut, int *components, int *queue, uint8_t *reached)
 {
     const size_t total = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
@@ -387,7 +387,7 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
         volume_place(dims, n, place);
         shut[n] = is_set_around(dims, object, place) ? -1.0f : 1.0f;
     }
-    if (good && flood_ball_centers(dims, shut, components, queue, reached) > 0) { /* else the image has no outside */
+    if (good && flood_ball_centers(dims, shut, components, queue, reached) > 0) { /* otherwise the image has no outside */
         for (size_t n = 0; n < total; ++n) {
             volume_place(dims, n, place);
             if (!object[n] && !is_set_around(dims, reached, place)) {
@@ -406,7 +406,8 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
 
 /* ---- distances ---- */
 
-/* The smallest solution d of sum over the axes of (max(d - a, 0) / h)^2 = 1: a[] the nearer neighbours' distances. */
+/* Returns the smallest solution d of sum over the axes of (max(d - a, 0) / h)^2 = 1, a[] being the nearer neighbors'
+ * distances. */
 static float eikonal(float a[3], float h[3])
 {
     float sum = 0.0f, linear = 0.0f, square = 0.0f, d = INFINITY;

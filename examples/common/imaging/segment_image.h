@@ -1,4 +1,4 @@
-/* segment_image.h - what an active contour needs of an image besides the contour: threshold, pressure, distances. */
+/* segment_image.h - image processing for active contours: resampling, thresholds, pressure, distances. */
 #ifndef EXAMPLES_IMAGING_SEGMENT_IMAGE_H
 #define EXAMPLES_IMAGING_SEGMENT_IMAGE_H
 
@@ -6,60 +6,60 @@
 
 #include <stdint.h>
 
-/* From voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
+/* Computes the map from voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
 void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4]);
 
-/* The value at a place in voxels; beyond the outermost voxels they stay constant. */
+/* Interpolates trilinearly at a place in voxels; beyond the outermost voxels values are constant. */
 float segment_trilinear(const int dims[3], const float *values, const float x[3]);
 
-/* Trilinear: values on one grid at the voxels of another; beyond the outermost voxels they stay constant. */
+/* Samples values of one grid trilinearly at the voxels of another; beyond the outermost voxels they are constant. */
 void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result);
 
-/* Takes details away that voxels of `size` mm cannot hold: a Gaussian along every axis with smaller ones. A voxel's own
- * width counts as a standard deviation of half of it. False: memory is short. */
+/* Removes details that voxels of `size` mm cannot represent, by a Gaussian along every axis with smaller voxels. A voxel's
+ * width counts as a standard deviation of half of it. Returns false if memory is short. */
 bool segment_blur(const struct volume *image, float size, float *values);
 
-/* Otsu's threshold over 1024 classes between the 0.1st and the 99.9th percentile. */
+/* Computes Otsu's threshold over 1024 classes between the 0.1st and the 99.9th percentile. */
 float segment_otsu(const struct volume *image);
 
-/* The intensity below which `share` (0..1) of the voxels lie, within 1/4096 of the range. */
+/* Returns the intensity below which `share` (0..1) of the voxels lie, within 1/4096 of the range. */
 float segment_percentile(const struct volume *image, double share);
 
-/* -1..1, positive where low < intensity < high: how far the intensity is inside, over `ramp`; where the intensity changes
- * by more than that over `size` mm, over this change. So the pressure never changes much faster than by 1 over `size`, and
- * what it pushes does not shoot over the level. Beyond the image it falls to -1 over `size`. padded: the image's grid with
- * a margin. */
+/* Computes the pressure, -1..1, positive where low < intensity < high: the distance of the intensity from the window's nearer
+ * end over `ramp`, or over the change of the intensity across `size` mm where that is larger. So the pressure changes by at
+ * most about 1 over `size`, and a contour does not overshoot the level. Beyond the image it falls to -1 over `size`. padded:
+ * the image's grid with a margin. */
 void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
                       const struct volume *padded);
 
-/* Full pressure outward also where the object shuts a place in: where a ball of three voxels, which is let in along the edges
- * of the image's box and passes where there is no pressure outward, does not come. So marrow belongs to its bone, whatever
- * small holes there are, and so where the image's border cuts the bone. False: memory is short. */
+/* Sets full outward pressure also in cavities of the object: where a ball of three voxels cannot come that enters along the
+ * edges of the image's box and moves where there is no outward pressure. So marrow belongs to its bone, despite small holes
+ * and where the image's border cuts the bone. Returns false if memory is short. */
 bool segment_pressure_solid(const struct volume *image, float size, const struct volume *padded);
 
-/* What pushes a contour along its normal, -1..1: pressure of a window, region and edges of the image, and the way back from
- * too far away of the start. Lengths in mm. */
+/* The forces on a contour along its normal, -1..1: pressure of a window, region and edges of the image, and the push back from
+ * too far away from the start. Lengths in mm. */
 struct segment_push {
     const float *pressure;          /* on the padded grid */
-    const float *image;              /* the image, as blurred as the pressure was made from */
+    const float *image;              /* blurred as for the pressure */
     const float *away;              /* distance from the start, on the padded grid; NULL: none */
     float pressure_weight, region_weight;
     float inside, outside;          /* mean intensities of the two phases */
-    float edge_weight;              /* 0..1: the share of the push that stops at edges */
-    float ramp;                     /* an edge changes by this over `size` */
+    float edge_weight;              /* 0..1: share of the push that stops at edges */
+    float ramp;                     /* intensity change over `size` that counts as an edge */
     float stay, size;
 };
 void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded);
 
-/* mask: 1 where the volume has one of the labels; count = 0: where it is not 0. Returns the voxels set. */
+/* Sets the mask to 1 where the volume has one of the labels (count = 0: any label but 0). Returns the number of voxels set. */
 size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask);
 
-/* Of the voxels below zero only the largest part stays (joined through faces); the others become their opposite, and so
- * does what lies above zero but is closed in. False: memory is short. */
+/* Keeps only the largest component (joined through faces) of the voxels below zero: the signs of the others, and of enclosed
+ * voxels above zero, are reversed. Returns false if memory is short. */
 bool segment_keep_largest(const int dims[3], float *phi);
 
-/* A distance in mm that is right where it is less than `known` becomes a distance everywhere, to first order
- * (|grad| = 1 by fast sweeping, Zhao 2005). */
+/* Extends a distance in mm that is right where it is less than `known` to all voxels, to first order (|grad| = 1 by fast
+ * sweeping, Zhao 2005). */
 void segment_extend_distance(const struct volume *image, float known, float *distance);
 
 #endif

@@ -26,7 +26,7 @@ static float grid_value(const struct volume *volume, const float *data, const st
                 + (size_t)volume->dims[0] * ((size_t)index[1] + (size_t)volume->dims[1] * (size_t)index[2])];
 }
 
-/* Which voxel axis lies nearest to each world axis, each used once; and does it run along or against it? */
+/* Assigns to each world axis the nearest voxel axis, each used once, and whether it runs against the world axis. */
 static void patient_axes(const struct volume *volume, int axis_of_world[3], bool against[3])
 {
     bool used_world[3] = {false, false, false}, used_axis[3] = {false, false, false};
@@ -58,7 +58,7 @@ static float contour_value(float value, const struct slices_contour *contour)
     return contour->label > 0.0f ? (value == contour->label ? -0.5f : 0.5f) : value - contour->level;
 }
 
-/* Along every axis the slice with the most inside the first contour, the one nearest to the middle of equals. */
+/* Finds along every axis the slice with the most voxels inside the first contour, the middle one of equals. */
 static bool find_center(const struct slices_view *view, int center[3])
 {
     const int *dims = view->volume->dims;
@@ -133,7 +133,7 @@ static bool find_window(const struct slices_view *view, const struct plane plane
     return true;
 }
 
-/* Voxel coordinates along u and v of a picture place, and back. Voxel centres are whole numbers. */
+/* Converts a picture coordinate to voxels along u; voxel centers are whole numbers. */
 static float voxel_u(const struct plane *p, int size, float x)
 {
     const float a = x / p->scale_u - 0.5f;
@@ -165,7 +165,7 @@ static void draw_gray(const struct volume *volume, const struct plane *p, float 
     }
 }
 
-/* Marching squares: a segment (two at a saddle, split by the mean of the corners) in every cell of four voxels. */
+/* Draws a contour by marching squares: a segment in every cell of four voxels, two at a saddle, split by the corners' mean. */
 static void draw_contour(const struct volume *volume, const struct plane *p, const struct slices_contour *contour,
                          struct image *image)
 {
@@ -208,7 +208,7 @@ static void draw_contour(const struct volume *volume, const struct plane *p, con
     }
 }
 
-/* A letter that can be read on any grey. */
+/* Draws a letter that is legible on any gray. */
 static void draw_letter(struct image *image, float x, float y, float anchor, const char *text)
 {
     for (int d = 0; d < 9; ++d) {
@@ -259,7 +259,7 @@ static bool make_planes(const struct slices_view *view, struct plane planes[3])
     return true;
 }
 
-/* Title above, legend below the strip. */
+/* Adds the title above the strip and the legend below. */
 static bool add_words(const struct slices_view *view, const struct image *strip, struct color background,
                       struct image *result)
 {

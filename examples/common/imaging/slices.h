@@ -1,7 +1,7 @@
 /* slices.h - pictures of three orthogonal slices of a volume, with contours drawn over them.
  *
- * Radiological convention: the patient's right is on the left of axial and coronal slices; anterior is up in axial
- * slices, superior is up in the others; anterior is on the left of sagittal slices. Letters at the rim say so. Slices
+ * Radiological convention: the patient's right is on the left of axial and coronal slices; anterior is up in axial slices,
+ * superior is up in the others; anterior is on the left of sagittal slices. Letters at the rim mark the directions. Slices
  * follow the voxel axes nearest to the patient's (oblique scans are not resampled). */
 #ifndef EXAMPLES_IMAGING_SLICES_H
 #define EXAMPLES_IMAGING_SLICES_H
@@ -23,13 +23,13 @@ struct slices_view {
     const struct volume *volume;
     const struct slices_contour *contours;
     int contour_count;
-    int center[3]; /* voxel through which the slices go; negative = where the first contour holds the most */
+    int center[3]; /* voxel through which the slices go; negative = where the first contour has the largest area */
     float window_lo, window_hi; /* grey range; equal = from the 1st to the 99.5th percentile of what is shown */
     int height;                 /* pixels of the tallest slice; 0 = 420 */
     const char *title;
 };
 
-/* Axial, coronal and sagittal side by side. False: memory is short. */
+/* Draws axial, coronal and sagittal slices side by side. Returns false if memory is short. */
 bool slices_render(const struct slices_view *view, struct image *result);
 
 #endif

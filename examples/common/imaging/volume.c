@@ -10,7 +10,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* ---- what the formats share ---- */
+/* ---- shared by the formats ---- */
 
 bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
 {
@@ -60,7 +60,7 @@ bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, in
         }
         *product *= sizes[i];
     }
-    if (voxels > INT32_MAX || frames > INT32_MAX) { /* a side alone may reach the limit */
+    if (voxels > INT32_MAX || frames > INT32_MAX) { /* a single side may already reach the limit */
         return volume_error(error, "too large: more than %d voxels or frames", INT32_MAX);
     }
     for (int i = 0; i < 3; ++i) {
@@ -212,7 +212,7 @@ void volume_stream_close(struct volume_stream *stream)
 
 typedef bool (*reader)(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
-/* By the first bytes, whatever the name says; a MetaImage header is text without a magic word. */
+/* Chooses by the first bytes, whatever the file's name is; a MetaImage header is text without a magic word. */
 static reader choose_reader(const char *path, struct volume *volume)
 {
     static const char *const first_keys[] = {"ObjectType", "NDims", "Comment", "ObjectSubType"};
@@ -263,7 +263,7 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
         return true;
     }
     volume_free(volume);
-    const size_t length = strlen(path); /* of a long path the end tells more */
+    const size_t length = strlen(path); /* the end of a long path is more useful */
     return volume_error(error, "%s%s: %.200s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path,
                         reason);
 }
@@ -277,7 +277,7 @@ bool volume_write(const char *path, const struct volume *like, enum volume_type 
                                             : volume_write_nifti(path, like, type, data, error);
 }
 
-/* ---- made volumes ---- */
+/* ---- new volumes ---- */
 
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume)
 {
@@ -297,7 +297,7 @@ bool volume_create(const int dims[3], const float spacing[3], const float origin
     return true;
 }
 
-/* A volume whose box has the same middle and the same axes as that of `like`. */
+/* Makes a volume whose box has the same center and axes as that of `like`. */
 static bool create_over(const struct volume *like, const int dims[3], const float spacing[3], struct volume *volume)
 {
     const float origin[3] = {0.0f, 0.0f, 0.0f};

@@ -1,16 +1,15 @@
 /* volume.h - three-dimensional images in and out: NIfTI-1 and -2, NRRD, MetaImage.
  *
- * Read, by the first bytes of the file: .nii, .nii.gz and .hdr + .img (either gzip-compressed); .nrrd and .nhdr + data
- * (through teem, all its encodings); .mha and .mhd + data (raw or zlib-compressed). Both byte orders, all integer and real
- * data types. What a file has beside its three axes of space, be it time or the parts of a vector, counts as frames.
+ * The format is found by the first bytes of the file: .nii, .nii.gz and .hdr + .img (either gzip-compressed); .nrrd and .nhdr
+ * + data (through teem, all its encodings); .mha and .mhd + data (raw or zlib-compressed). Both byte orders, all integer and
+ * real data types. Dimensions beside the three axes of space, such as time or the components of a vector, count as frames.
  *
- * World coordinates are millimetres in RAS+ axes (x right, y anterior, z superior), as NIfTI defines them; NRRD's and
- * MetaImage's LPS is turned, lengths in other units are converted. NIfTI's orientation is the sform when its code is above
- * 0, else the qform when its code is above 0, else the pixel sizes alone. A NRRD without a named space counts as LPS, as it
- * does for ITK.
+ * World coordinates are millimetres in RAS+ axes (x right, y anterior, z superior), as NIfTI defines them; the LPS axes of
+ * NRRD and MetaImage and other units are converted. NIfTI's orientation is the sform when its code is above 0, else the qform
+ * when its code is above 0, else the pixel sizes alone. A NRRD without a named space counts as LPS, as in ITK.
  *
- * A file is not believed: sizes are checked against what is really there before memory is asked for, and a bad file
- * ends in one line of text, no output of its own. */
+ * Sizes in a file are checked against its length before memory is allocated; a bad file gives one line of text, and the
+ * libraries print nothing themselves. */
 #ifndef EXAMPLES_IMAGING_VOLUME_H
 #define EXAMPLES_IMAGING_VOLUME_H
 
@@ -29,7 +28,7 @@ struct volume {
     float minimum, maximum;
     size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
-    char note[VOLUME_TEXT]; /* what was odd but bearable; empty if nothing */
+    char note[VOLUME_TEXT]; /* warnings about the file; empty if there are none */
     const char *extension;  /* of the format read, for writing in the same one: ".nii.gz", ".nrrd", ".mha"; else NULL */
     void *header;           /* a NIfTI file's header, for writing in the same geometry; else NULL */
 };
@@ -39,7 +38,7 @@ static inline size_t volume_voxels(const struct volume *v)
     return (size_t)v->dims[0] * (size_t)v->dims[1] * (size_t)v->dims[2];
 }
 
-/* Of voxel data[n]. */
+/* Computes the voxel coordinates of data[n]. */
 static inline void volume_place(const int dims[3], size_t n, int place[3])
 {
     place[0] = (int)(n % (size_t)dims[0]);
@@ -47,19 +46,19 @@ static inline void volume_place(const int dims[3], size_t n, int place[3])
     place[2] = (int)(n / ((size_t)dims[0] * (size_t)dims[1]));
 }
 
-/* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and says why in `error`. */
+/* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and puts the reason in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
-/* A zero-filled volume with the axes of the world. */
+/* Makes a zero-filled volume with the axes of the world. */
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume);
 
-/* Zero-filled volumes over the box of another one (which ends half a voxel beyond its outermost centres), along its axes.
+/* Make zero-filled volumes over the box of another one (which ends half a voxel beyond its outermost centers), along its axes.
  * padded: the same voxels and `margin` more on every side. cubes: voxels with sides of `side` mm and `margin` more. */
 bool volume_create_padded(const struct volume *like, int margin, struct volume *volume);
 bool volume_create_cubes(const struct volume *like, float side, int margin, struct volume *volume);
 void volume_free(struct volume *volume);
 
-/* True if the two lie on the same voxel grid: equal sizes, affines within a thousandth of a voxel. */
+/* Returns true if the two lie on the same voxel grid: equal sizes, affines within a thousandth of a voxel. */
 bool volume_same_grid(const struct volume *a, const struct volume *b);
 
 void volume_index_to_world(const struct volume *volume, const float index[3], float world[3]);
@@ -67,9 +66,9 @@ void volume_world_to_index(const struct volume *volume, const float world[3], fl
 
 enum volume_type { VOLUME_UINT8, VOLUME_INT16, VOLUME_FLOAT32 };
 
-/* Writes `data` (of the given type, volume_voxels(like) items) in the geometry of `like`, in the format that the name says:
- * .nrrd and .mha, compressed; else NIfTI, compressed if the name ends in .gz: NIfTI-1, or NIfTI-2 when `like` was read from
- * one or a side is longer than 32767. A failed write leaves no file. */
+/* Writes `data` (of the given type, volume_voxels(like) items) in the geometry of `like`. The name selects the format: .nrrd
+ * and .mha, compressed; else NIfTI, compressed if the name ends in .gz: NIfTI-1, or NIfTI-2 when `like` was read from one or a
+ * side is longer than 32767. A failed write leaves no file. */
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
                   char error[VOLUME_TEXT]);
 

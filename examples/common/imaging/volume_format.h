@@ -1,4 +1,4 @@
-/* volume_format.h - private to volume*.c: what the readers and writers of the file formats share. */
+/* volume_format.h - private to volume*.c: declarations shared by the readers and writers of the file formats. */
 #ifndef EXAMPLES_IMAGING_VOLUME_FORMAT_H
 #define EXAMPLES_IMAGING_VOLUME_FORMAT_H
 
@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <zlib.h>
 
-/* Each reads one frame: affine, data, minimum, maximum, frame_count, and what is not finite as it is. */
+/* Read one frame: affine, data, minimum, maximum, frame_count; values that are not finite are kept. */
 bool volume_read_nifti(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 bool volume_read_nrrd(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 bool volume_read_meta(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
@@ -20,7 +20,7 @@ bool volume_write_nrrd(const char *path, const struct volume *like, enum volume_
 bool volume_write_meta(const char *path, const struct volume *like, enum volume_type type, const void *data,
                        char error[VOLUME_TEXT]);
 
-/* Prints into an error buffer; always false, so that callers can return it. */
+/* Prints into an error buffer; always returns false, so that callers can return it. */
 bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 2, 3)))
@@ -29,39 +29,40 @@ bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
 void volume_note(struct volume *volume, const char *text);
 
 bool volume_ends_with(const char *text, const char *ending);
-int64_t volume_file_size(const char *path); /* -1: not there, or no plain file */
-/* "name" beside the file `path`, unless it begins with a slash. False: longer than `size` - 1. */
+int64_t volume_file_size(const char *path); /* -1: missing, or not a plain file */
+/* Builds the path of "name" beside the file `path`, unless it begins with a slash. Returns false if it is longer than `size` -
+ * 1. */
 bool volume_beside(const char *path, const char *name, char *result, size_t size);
 
-/* Sizes of the space and of everything else (time, channels) into dims and frame_count; false when they are beyond all
- * reason, or there is no such frame. */
+/* Sets dims from the sizes of space and frame_count from all others (time, channels). Returns false when they are implausibly
+ * large or there is no such frame. */
 bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, int all, int frame, char error[VOLUME_TEXT]);
 
-/* From volume->affine: spacing, origin, direction. False if the affine cannot be inverted. */
+/* Derives spacing, origin and direction from volume->affine. Returns false if the affine cannot be inverted. */
 bool volume_set_geometry(struct volume *volume);
-/* From or to axes that run to the left and to the back (DICOM's), which ITK's formats use. */
+/* Converts from or to axes that point to the left and to the back (DICOM's), which ITK's formats use. */
 void volume_flip_to_ras(double affine[4][4]);
 
-/* Room for the voxels. */
+/* Allocates the voxels. */
 bool volume_allocate(struct volume *volume, char error[VOLUME_TEXT]);
 void volume_store(struct volume *volume, size_t voxel, double value);
 
-/* Numbers as files hold them. */
+/* Types of numbers in files. */
 enum volume_sample { SAMPLE_INT8, SAMPLE_UINT8, SAMPLE_INT16, SAMPLE_UINT16, SAMPLE_INT32, SAMPLE_UINT32, SAMPLE_INT64,
                      SAMPLE_UINT64, SAMPLE_FLOAT32, SAMPLE_FLOAT64, SAMPLE_NONE };
 size_t volume_sample_size(enum volume_sample type);
 double volume_sample(const unsigned char *bytes, enum volume_sample type, bool swapped);
 size_t volume_type_size(enum volume_type type);
 
-/* The bytes of an open file from here on as they are, or what one zlib or gzip stream unpacks to. */
+/* A stream of the bytes of an open file from its present position, unpacked if they are one zlib or gzip stream. */
 struct volume_stream {
     FILE *file;
-    bool compressed, ended; /* ended: the last byte has been read, and its checksum is right */
+    bool compressed, ended; /* ended: the last byte has been read and its checksum is right */
     z_stream z;
     unsigned char input[16384];
 };
 bool volume_stream_open(struct volume_stream *stream, FILE *file, bool compressed);
-size_t volume_stream_read(struct volume_stream *stream, unsigned char *bytes, size_t count); /* less at the end */
+size_t volume_stream_read(struct volume_stream *stream, unsigned char *bytes, size_t count); /* returns less at the end */
 void volume_stream_close(struct volume_stream *stream); /* the file stays open */
 
 #endif

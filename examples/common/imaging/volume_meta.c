@@ -1,5 +1,5 @@
-/* volume_meta.c - MetaImage files (.mha, .mhd + data) for volume.h. Debian has a reader for them only inside the large
- * toolkits ITK and VTK: a header of "Key = value" lines, then bytes that may be one zlib stream. */
+/* volume_meta.c - MetaImage files (.mha, .mhd + data): a header of "Key = value" lines, then bytes that may be one zlib
+ * stream. Debian has a reader for them only inside the large toolkits ITK and VTK. */
 #include "imaging/volume_format.h"
 
 #include <ctype.h>
@@ -35,7 +35,7 @@ static bool is_key(const char *key, const char *names)
 
 static bool is_true(const char *value) { return value[0] == 'T' || value[0] == 't' || value[0] == '1'; }
 
-/* Exactly `count` finite numbers. */
+/* Reads exactly `count` finite numbers. */
 static bool read_numbers(const char *value, int count, double *numbers)
 {
     for (int n = 0; n < count; ++n) {
@@ -66,7 +66,7 @@ static enum volume_sample type_of(const char *name)
     return SAMPLE_NONE;
 }
 
-/* One "Key = value". Keys that say nothing about voxels or their places are passed over. */
+/* Reads one "Key = value"; keys without influence on voxels or their places are skipped. */
 static bool read_key(struct meta *meta, const char *key, const char *value, char error[VOLUME_TEXT])
 {
     double numbers[MAX_DIMENSIONS * MAX_DIMENSIONS];
@@ -84,7 +84,7 @@ static bool read_key(struct meta *meta, const char *key, const char *value, char
         meta->has_sizes = good;
     } else if (is_key(key, "ElementSpacing|ElementSize")) {
         good = n > 0 && read_numbers(value, n, numbers);
-        if (good && (strcmp(key, "ElementSpacing") == 0 || !meta->has_spacing)) { /* it wins over the size */
+        if (good && (strcmp(key, "ElementSpacing") == 0 || !meta->has_spacing)) { /* the spacing takes precedence over the size */
             memcpy(meta->spacing, numbers, (size_t)n * sizeof *numbers);
             meta->has_spacing = true;
         }
@@ -113,7 +113,7 @@ static bool read_key(struct meta *meta, const char *key, const char *value, char
     return good || volume_error(error, "bad header: %.40s = %.100s", key, value);
 }
 
-/* Up to the line ElementDataFile, which is the last one. */
+/* Reads up to the line ElementDataFile, which is the last one. */
 static bool read_header(FILE *file, struct meta *meta, char error[VOLUME_TEXT])
 {
     char line[LINE_SIZE];
@@ -175,7 +175,7 @@ static bool set_geometry(const struct meta *meta, struct volume *volume, char er
 
 /* ---- voxels ---- */
 
-/* Channels lie beside each other, further dimensions behind each other; both count as frames. */
+/* Reads the voxels of one frame: channels are interleaved, further dimensions follow each other, and both count as frames. */
 static bool read_voxels(struct volume_stream *s, const struct meta *meta, struct volume *volume, char error[VOLUME_TEXT])
 {
     const uint16_t one = 1;
@@ -186,7 +186,7 @@ static bool read_voxels(struct volume_stream *s, const struct meta *meta, struct
     const size_t together = channels * size > 65536 ? 1 : 65536 / (channels * size); /* voxels read at once */
     unsigned char *block = malloc(together * channels * size), surplus;
     bool good = block || volume_error(error, "not enough memory");
-    for (size_t m = 0; good && m < (s->compressed ? images : image + 1); ++m) { /* all, to see whether the stream is whole */
+    for (size_t m = 0; good && m < (s->compressed ? images : image + 1); ++m) { /* read all, to check the stream */
         for (size_t done = 0; good && done < voxels;) {
             const size_t count = voxels - done < together ? voxels - done : together, bytes = count * channels * size;
             good = volume_stream_read(s, block, bytes) == bytes
@@ -265,7 +265,7 @@ static bool write_header(FILE *file, const struct volume *like, const char *type
 {
     double affine[4][4];
     memcpy(affine, like->affine, sizeof affine);
-    volume_flip_to_ras(affine); /* and back */
+    volume_flip_to_ras(affine); /* back to LPS */
     fprintf(file, "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = True\n"
             "CompressedDataSize = %zu\nTransformMatrix =", size);
     for (int n = 0; n < 9; ++n) {

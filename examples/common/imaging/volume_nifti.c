@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Where the voxels of a .hdr lie: the same name with .img or .img.gz. */
+/* Finds the file with the voxels of a .hdr: the same name with .img or .img.gz. */
 static bool image_path(const char *header_path, char *path, size_t size)
 {
     static const char *const endings[] = {".img", ".img.gz", ".IMG"};
@@ -54,7 +54,7 @@ static bool read_voxels(gzFile file, const nifti_image *header, struct volume *v
             volume_store(volume, done, volume_sample(block + i * bytes, type, header->swapsize > 1) * slope + intercept);
         }
     }
-    /* On to the end: only there does zlib compare the checksum. */
+    /* Read on to the end: only there does zlib compare the checksum. */
     int got = 0;
     while ((got = gzread(file, block, sizeof block)) > 0) {}
     int code = Z_OK;
@@ -76,7 +76,7 @@ static bool read_data(const char *path, int frame, const nifti_image *header, st
         return volume_error(error, "cannot open %s", path);
     }
     gzbuffer(file, 1 << 17);
-    /* deflate cannot shrink by more than about 1032, so this bounds what a compressed file can hold, too. */
+    /* Bound the size by the file: deflate cannot shrink by more than about 1032. */
     if (start > (INT64_MAX >> 1) - frame_bytes || (start + frame_bytes) / (gzdirect(file) ? 1 : 1040) > on_disk) {
         volume_error(error, "cut off: the header promises %lld bytes of voxels at %lld, the file has %lld%s",
                      (long long)frame_bytes, (long long)start, (long long)on_disk,

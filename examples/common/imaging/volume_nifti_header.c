@@ -1,4 +1,4 @@
-/* volume_nifti_header.c - from the bytes of a NIfTI header to a checked nifti_image. */
+/* volume_nifti_header.c - reads the bytes of a NIfTI header into a checked nifti_image. */
 #include "imaging/volume_nifti.h"
 
 #include <math.h>
@@ -45,7 +45,7 @@ static const char *type_problem(int datatype)
     }
 }
 
-/* The fields that decide about memory and file offsets, the same for both versions, in this machine's byte order. */
+/* The fields that determine memory and file offsets, the same for both versions, in this machine's byte order. */
 struct essentials {
     int64_t dim[8];
     int datatype, bitpix;
@@ -109,14 +109,14 @@ static nifti_image *read_version_1(const unsigned char *bytes, bool *single, str
     if (!check(&e, *single, volume, error)) {
         return NULL;
     }
-    for (int i = 1; i < 8; ++i) { /* the library wants a positive size in unused dimensions */
+    for (int i = 1; i < 8; ++i) { /* the library requires a positive size in unused dimensions */
         h.dim[i] = (short)(i <= h.dim[0] ? h.dim[i] : 1);
     }
-    h.vox_offset = 0.0f; /* kept by the caller; the library prints about odd ones */
+    h.vox_offset = 0.0f; /* kept by the caller, because the library prints warnings about odd ones */
     nifti_image *header = nifti_convert_n1hdr2nim(h, NULL);
     if (header) {
         header->iname_offset = (int64_t)e.offset;
-        header->swapsize = swapped ? header->swapsize : 0; /* the library saw a header in our own order */
+        header->swapsize = swapped ? header->swapsize : 0; /* the library saw a header in this machine's byte order */
     }
     return header;
 }
@@ -155,7 +155,7 @@ static nifti_image *read_version_2(const unsigned char *bytes, bool *single, str
     nifti_image *header = nifti_convert_n2hdr2nim(h, NULL);
     if (header) {
         header->iname_offset = (int64_t)e.offset;
-        header->swapsize = swapped ? header->swapsize : 0; /* the library saw a header in our own order */
+        header->swapsize = swapped ? header->swapsize : 0; /* the library saw a header in this machine's byte order */
     }
     return header;
 }

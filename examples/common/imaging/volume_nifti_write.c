@@ -1,11 +1,11 @@
-/* volume_nifti_write.c - NIfTI files for volume_write of volume.h. */
+/* volume_nifti_write.c - writes NIfTI files for volume_write. */
 #include "imaging/volume_nifti.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A header with the geometry of `like`: the original one with other data, or one with the sform only. */
+/* Makes a header with the geometry of `like`: the original one for other data, or one with only the sform. */
 static nifti_image *make_header(const struct volume *like, int datatype)
 {
     const int64_t dims[8] = {3, like->dims[0], like->dims[1], like->dims[2], 1, 1, 1, 1};
@@ -21,7 +21,7 @@ static nifti_image *make_header(const struct volume *like, int datatype)
     header->dx = header->pixdim[1];
     header->dy = header->pixdim[2];
     header->dz = header->pixdim[3];
-    if (original) { /* verbatim, so that readers see the very same grid, both forms and the unit */
+    if (original) { /* copied, so that readers get exactly the same grid, both forms and the unit */
         memcpy(header->pixdim + 1, original->pixdim + 1, 3 * sizeof *header->pixdim);
         header->dx = original->dx;
         header->dy = original->dy;

@@ -1,4 +1,4 @@
-/* volume_nrrd.c - NRRD files for volume.h, through teem. */
+/* volume_nrrd.c - NRRD files, through teem. */
 #include "imaging/volume_format.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 #include <teem/nrrd.h>
 
-/* The last line of what teem has to say names the cause. */
+/* Reports the last line of teem's message, which names the cause. */
 static bool teem_error(char error[VOLUME_TEXT])
 {
     char *text = biffGetDone(NRRD);
@@ -25,11 +25,11 @@ static bool teem_error(char error[VOLUME_TEXT])
 
 /* ---- geometry ---- */
 
-/* Which axes are those of space (at most 3, the others count as frames), and the affine. */
+/* Finds the axes of space (at most 3, the others count as frames) and the affine. */
 static bool find_space(const Nrrd *nrrd, double affine[4][4], int axes[3], int *count, char error[VOLUME_TEXT])
 {
     static const double turned[][3] = {{1, 1, 1}, {-1, 1, 1}, {-1, -1, 1}}; /* RAS, LAS, LPS */
-    int turn = 2; /* as ITK takes unnamed ones */
+    int turn = 2; /* unnamed spaces as in ITK */
     if (nrrd->space == nrrdSpaceRightAnteriorSuperior || nrrd->space == nrrdSpaceRightAnteriorSuperiorTime) {
         turn = 0;
     } else if (nrrd->space == nrrdSpaceLeftAnteriorSuperior || nrrd->space == nrrdSpaceLeftAnteriorSuperiorTime) {
@@ -71,7 +71,7 @@ static bool find_space(const Nrrd *nrrd, double affine[4][4], int axes[3], int *
     return true;
 }
 
-/* Millimetres a unit of the file. */
+/* Returns millimetres a unit of the file. */
 static double unit_of(const Nrrd *nrrd)
 {
     const char *name = nrrd->spaceDim > 0 ? nrrd->spaceUnits[0] : nrrd->axis[0].units;
@@ -85,7 +85,7 @@ static double unit_of(const Nrrd *nrrd)
 
 /* ---- reading ---- */
 
-/* Unpacks all of it: teem takes damaged gzip data for good ones, or leaks memory over them. */
+/* Unpacks the whole stream to check it: teem accepts damaged gzip data, or leaks memory over them. */
 static bool whole_gzip(FILE *file, int64_t bytes, char error[VOLUME_TEXT])
 {
     struct volume_stream stream;
@@ -103,13 +103,14 @@ static bool whole_gzip(FILE *file, int64_t bytes, char error[VOLUME_TEXT])
     return (stream.ended && unpacked == bytes) || volume_error(error, "cut off or damaged: the compressed data are broken");
 }
 
-/* Is there as much as the header promises? Numbers as text take two bytes, bzip2 does not shrink by more than 50000. */
+/* Checks that the file is as long as its header requires: numbers as text take two bytes, bzip2 cannot shrink by more than
+ * 50000. */
 static bool enough_there(const char *path, const Nrrd *nrrd, const NrrdIoState *io, int64_t samples, char error[VOLUME_TEXT])
 {
     const int64_t bytes = samples * (int64_t)nrrdElementSize(nrrd);
     int64_t on_disk = volume_file_size(path);
     if (io->dataFNFormat || io->dataFNArr->len > 1) {
-        return true; /* many files, each of which holds a part: teem notices */
+        return true; /* several files, each with a part: teem checks them */
     }
     if (io->dataFNArr->len == 1) {
         char data_path[4096];
@@ -159,7 +160,7 @@ static void copy_frame(const Nrrd *nrrd, const int axes[3], int count, struct vo
     }
 }
 
-/* The header by itself first: teem would believe the sizes. */
+/* Reads the header alone first, because teem allocates by the sizes in it. */
 static bool check_header(const char *path, int frame, struct volume *volume, int axes[3], int *count, char error[VOLUME_TEXT])
 {
     Nrrd *nrrd = nrrdNew();
@@ -235,7 +236,7 @@ bool volume_write_nrrd(const char *path, const struct volume *like, enum volume_
     size_t sizes[3];
     double affine[4][4];
     memcpy(affine, like->affine, sizeof affine);
-    volume_flip_to_ras(affine); /* and back: to LPS, which every program knows */
+    volume_flip_to_ras(affine); /* to LPS, which every program supports */
     for (int a = 0; a < 3; ++a) {
         sizes[a] = (size_t)like->dims[a];
     }

@@ -45,7 +45,7 @@ void image_blend(struct image *image, int x, int y, struct color color, float al
     p[2] += a * (color.b - p[2]);
 }
 
-/* Pixel range [*first, *last] that can be touched by the span lo..hi; empty when *first > *last. */
+/* Finds the pixel range [*first, *last] touched by the span lo..hi; empty when *first > *last. */
 static void pixel_range(float lo, float hi, int size, int *first, int *last)
 {
     *first = lo > 0.0f ? (lo < (float)size ? (int)lo : size) : 0;
@@ -56,7 +56,7 @@ static void pixel_range(float lo, float hi, int size, int *first, int *last)
     }
 }
 
-/* Share of the pixel [i, i+1] covered by lo..hi. */
+/* Returns the share of the pixel [i, i+1] covered by lo..hi. */
 static float cover(int i, float lo, float hi)
 {
     const float a = fmaxf(lo, (float)i);
@@ -101,7 +101,7 @@ static float segment_distance_squared(float px, float py, const float s[4])
 void image_strokes(struct image *image, const float (*segments)[4], size_t count, float width, struct color color)
 {
     const float radius = 0.5f * fmaxf(width, 1.0f);
-    const float strength = fminf(width, 1.0f); /* lines thinner than a pixel fade instead */
+    const float strength = fminf(width, 1.0f); /* lines thinner than a pixel become paler instead */
     float box[4] = {1e30f, 1e30f, -1e30f, -1e30f};
     int x0, x1, y0, y1;
     for (size_t i = 0; i < count; ++i) {

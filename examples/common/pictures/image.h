@@ -1,7 +1,7 @@
-/* image.h - RGB pictures: anti-aliased drawing, text, colour maps, strips, PNG.
+/* image.h - RGB pictures: anti-aliased drawing, text, color maps, strips, PNG.
  *
- * A picture holds float RGB in display values 0..1 (what a PNG stores / 255), row 0 at the top. Coordinates are in
- * pixels with pixel centres at half integers: (0,0) is the upper left corner of the picture. Everything is clipped. */
+ * A picture stores float RGB as display values 0..1 (a PNG's values / 255), row 0 at the top. Coordinates are in pixels with
+ * pixel centers at half integers: (0,0) is the upper left corner of the picture. Drawing is clipped. */
 #ifndef EXAMPLES_PICTURES_IMAGE_H
 #define EXAMPLES_PICTURES_IMAGE_H
 
@@ -23,11 +23,11 @@ static inline struct color color_rgb(float r, float g, float b)
     return c;
 }
 
-/* False (and an empty picture) when the size is not positive or memory is short. */
+/* Makes a picture. Returns false with an empty picture when the size is not positive or memory is short. */
 bool image_create(struct image *image, int width, int height, struct color fill);
 void image_free(struct image *image);
 bool image_write_png(const struct image *image, const char *path);
-/* PNG, JPEG and what else stb_image knows, from the bytes of a file. False, and an empty picture, when it cannot be read. */
+/* Decodes PNG, JPEG and the other formats of stb_image from a file's bytes. Returns false with an empty picture on failure. */
 bool image_read(const unsigned char *bytes, size_t length, struct image *image);
 bool image_read_file(const char *path, struct image *image);
 
@@ -37,18 +37,19 @@ void image_rect(struct image *image, float x0, float y0, float x1, float y1, str
 void image_frame(struct image *image, float x0, float y0, float x1, float y1, float width, struct color color);
 void image_disc(struct image *image, float x, float y, float radius, struct color color);
 void image_line(struct image *image, float x0, float y0, float x1, float y1, float width, struct color color);
-/* Line segments {x0,y0,x1,y1} as one shape: a pixel takes its alpha from the nearest, so joints are not blended twice. */
+/* Draws line segments {x0,y0,x1,y1} as one shape: a pixel takes its alpha from the nearest one, so joints are not blended
+ * twice. */
 void image_strokes(struct image *image, const float (*segments)[4], size_t count, float width, struct color color);
-/* Filled polygon of x,y pairs, at most 64 corners, even-odd rule, anti-aliased. */
+/* Fills an anti-aliased polygon of x,y pairs, at most 64 corners, by the even-odd rule. */
 void image_polygon(struct image *image, const float *points, size_t count, struct color color);
 
-/* A mark centred at (x, y): shapes 0 disc, 1 square, 2 triangle, 3 diamond, 4 cross, 5 plus, 6 ring, 7 triangle down. */
+/* Draws a mark centered at (x, y): shapes 0 disc, 1 square, 2 triangle, 3 diamond, 4 cross, 5 plus, 6 ring, 7 triangle down. */
 enum { IMAGE_GLYPH_COUNT = 8 };
 void image_glyph(struct image *image, int shape, float x, float y, float radius, struct color color);
 
 /* ---- text ---- */
-/* ASCII only (others show as '?'). `size` = height of a capital letter in pixels, 8 is the smallest that reads well.
- * (x, y) is the left end of the baseline; anchor 0 = left, 0.5 = centre, 1 = right. */
+/* Draws ASCII text (other characters as '?'). `size` = height of a capital letter in pixels, at least 8 to be legible. (x, y)
+ * is the left end of the baseline; anchor 0 = left, 0.5 = center, 1 = right. */
 void image_text(struct image *image, float x, float y, float size, float anchor, struct color color,
                 const char *text);
 void image_text_upward(struct image *image, float x, float y, float size, float anchor, struct color color,
@@ -57,13 +58,13 @@ float image_text_width(float size, const char *text);
 
 /* ---- composition ---- */
 void image_paste(struct image *target, const struct image *source, int x, int y);
-/* Pictures in one or more rows of `columns`, each with a caption below (captions or single ones may be NULL). */
+/* Combines pictures in one or more rows of `columns`, each with a caption below (captions or single ones may be NULL). */
 bool image_strip(const struct image *images, const char *const *captions, int count, int columns,
                  struct color background, struct image *result);
 
 /* ---- colours ---- */
 struct color colormap_sequential(float t); /* 0..1: violet, blue, green, yellow; lightness rises evenly */
-struct color color_category(int index);    /* eight well separated colours, then again */
+struct color color_category(int index);    /* eight well separated colors, repeated */
 struct color color_hsv(float hue, float saturation, float value); /* hue in turns, any real */
 struct color color_mix(struct color a, struct color b, float t);
 

@@ -1,5 +1,5 @@
-/* image_font.h - the 5x7 letters of image.c, two rows below the baseline included, drawn for this project.
- * One row a byte, the leftmost pixel in bit 4. image.c joins neighbouring pixels to strokes, so they scale smoothly. */
+/* image_font.h - the 5x7 letters of image.h, with two rows below the baseline, drawn for this project. One row a byte, the
+ * leftmost pixel in bit 4. image_text.c joins neighboring pixels to strokes, so that letters scale smoothly. */
 #ifndef EXAMPLES_PICTURES_IMAGE_FONT_H
 #define EXAMPLES_PICTURES_IMAGE_FONT_H
 

@@ -1,4 +1,4 @@
-/* image_read.c - pictures from files: the reading part of image.h, by stb_image. */
+/* image_read.c - decodes pictures by stb_image. */
 #include "pictures/image.h"
 
 #include <stdint.h>
@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A foreign header: its warnings are not ours. */
+/* Disable warnings in the third-party header. */
 #if defined(__GNUC__)
     #pragma GCC diagnostic push
     #pragma GCC diagnostic ignored "-Wconversion"

@@ -1,4 +1,4 @@
-/* image_text.c - text, strips and the PNG file: the parts of image.h that are not plain drawing. */
+/* image_text.c - text, strips and PNG files of image.h. */
 #include "pictures/image.h"
 
 #include "pictures/image_font.h"
@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A foreign header: its warnings are not ours. */
+/* Disable warnings in the third-party header. */
 #if defined(__GNUC__)
     #pragma GCC diagnostic push
     #pragma GCC diagnostic ignored "-Wconversion"
@@ -54,8 +54,8 @@ static bool is_set(const unsigned char *rows, int x, int y)
     return x >= 0 && x < FONT_WIDTH && y >= 0 && y < FONT_HEIGHT && ((rows[y] >> (FONT_WIDTH - 1 - x)) & 1);
 }
 
-/* The strokes of a letter in font pixels: neighbours are joined; diagonal ones only where no pixel beside both of them
- * already joins them, which would fill corners. A lone pixel is a stroke of no length. */
+/* Finds the strokes of a letter in font pixels: neighbors are joined, diagonal ones only where no pixel beside both joins them
+ * already, which would fill corners. A lone pixel is a stroke of length zero. */
 static int glyph_strokes(char c, float strokes[FONT_WIDTH * FONT_HEIGHT * 4][4])
 {
     const unsigned char *rows = glyph_rows(c);
@@ -75,7 +75,7 @@ static int glyph_strokes(char c, float strokes[FONT_WIDTH * FONT_HEIGHT * 4][4])
                     joined = true;
                 }
             }
-            if (!joined) { /* perhaps joined from before: drawing it again does not show */
+            if (!joined) { /* may be joined already from its other side: drawing it twice does not show */
                 const float dot[4] = {(float)x, (float)y, (float)x, (float)y};
                 memcpy(strokes[count++], dot, sizeof dot);
             }
@@ -90,7 +90,7 @@ float image_text_width(float size, const char *text)
     return length ? size / 6.0f * ((float)length * (FONT_WIDTH + 1.0f) - 2.0f) : 0.0f;
 }
 
-/* (ux, uy): reading direction; the letters' downward direction is (-uy, ux). */
+/* Draws text along the reading direction (ux, uy); the letters' downward direction is (-uy, ux). */
 static void draw_text(struct image *image, float x, float y, float size, float anchor, struct color color,
                       const char *text, float ux, float uy)
 {

@@ -12,7 +12,7 @@ enum { MAX_TICKS = 24, MARGIN_TOP = 44, MARGIN_RIGHT = 28, MARGIN_BOTTOM = 58, M
 
 struct axis {
     bool logarithmic;
-    bool fractions; /* some value is not a whole number: frames and modes are counted in whole steps */
+    bool fractions; /* some value is not a whole number; if all are, ticks are whole numbers too */
     double lo, hi; /* in log10 units on a logarithmic axis */
     double ticks[MAX_TICKS];
     int tick_count;
@@ -40,44 +40,55 @@ static void axis_include(struct axis *axis, double v)
     }
 }
 
-/* Round steps of 1, 2 or 5 times a power of ten, about `wanted` of them. */
+/* Returns a step of 1, 2 or 5 times a power of ten that divides the span into about `wanted` steps. */
 static double round_step(double span, int wanted)
 {
     const double raw = span / wanted, power = pow(10.0, floor(log10(raw))), share = raw / power;
     return power * (share < 1.5 ? 1.0 : share < 3.5 ? 2.0 : share < 7.5 ? 5.0 : 10.0);
 }
 
-static void axis_finish(struct axis *axis, int wanted)
+/* Sets ticks at powers of ten; where there are few decades, at 1, 2 and 5 in each. */
+static void set_logarithmic_ticks(struct axis *axis)
 {
-    const double span = axis->hi - axis->lo;
-    if (!(span > 1e-12 * fmax(1.0, fabs(axis->hi)))) {
-        const double pad = axis->logarithmic ? 0.3 : fmax(0.5 * fabs(axis->hi), 1e-6);
-        axis->lo -= pad;
-        axis->hi += pad;
-    }
-    if (axis->logarithmic) {
-        static const double inside[3] = {1.0, 2.0, 5.0};
-        const bool fine = axis->hi - axis->lo < 2.5; /* few decades: 1, 2, 5 in each */
-        const double pad = 0.03 * (axis->hi - axis->lo);
-        axis->lo -= pad;
-        axis->hi += pad;
-        const int skip = (int)fmax(1.0, ceil((axis->hi - axis->lo) / 10.0));
-        for (int decade = (int)floor(axis->lo); decade <= (int)ceil(axis->hi); decade += fine ? 1 : skip) {
-            for (int k = 0; k < (fine ? 3 : 1); ++k) {
-                const double v = inside[k] * pow(10.0, decade), a = log10(v);
-                if (a >= axis->lo && a <= axis->hi && axis->tick_count < MAX_TICKS) {
-                    axis->ticks[axis->tick_count++] = v;
-                }
+    static const double inside[3] = {1.0, 2.0, 5.0};
+    const bool fine = axis->hi - axis->lo < 2.5;
+    const double margin = 0.03 * (axis->hi - axis->lo);
+    axis->lo -= margin;
+    axis->hi += margin;
+    const int skip = (int)fmax(1.0, ceil((axis->hi - axis->lo) / 10.0));
+    for (int decade = (int)floor(axis->lo); decade <= (int)ceil(axis->hi); decade += fine ? 1 : skip) {
+        for (int k = 0; k < (fine ? 3 : 1); ++k) {
+            const double v = inside[k] * pow(10.0, decade), a = log10(v);
+            if (a >= axis->lo && a <= axis->hi && axis->tick_count < MAX_TICKS) {
+                axis->ticks[axis->tick_count++] = v;
             }
         }
-        return;
     }
+}
+
+/* Sets about `wanted` ticks at round values and extends the axis to whole steps. */
+static void set_linear_ticks(struct axis *axis, int wanted)
+{
     const double round = round_step(axis->hi - axis->lo, wanted), step = axis->fractions ? round : fmax(1.0, round);
     axis->lo = step * floor(axis->lo / step + 1e-9);
     axis->hi = step * ceil(axis->hi / step - 1e-9);
     for (int i = 0; i < MAX_TICKS && axis->lo + i * step <= axis->hi + 0.5 * step; ++i) {
         const double v = axis->lo + i * step;
         axis->ticks[axis->tick_count++] = fabs(v) < 1e-9 * step ? 0.0 : v;
+    }
+}
+
+static void axis_finish(struct axis *axis, int wanted)
+{
+    if (!(axis->hi - axis->lo > 1e-12 * fmax(1.0, fabs(axis->hi)))) {
+        const double margin = axis->logarithmic ? 0.3 : fmax(0.5 * fabs(axis->hi), 1e-6);
+        axis->lo -= margin;
+        axis->hi += margin;
+    }
+    if (axis->logarithmic) {
+        set_logarithmic_ticks(axis);
+    } else {
+        set_linear_ticks(axis, wanted);
     }
 }
 
@@ -112,7 +123,7 @@ static void draw_axes(struct image *image, const struct plot *plot, const struct
     }
 }
 
-/* A legend: where, and how large. */
+/* Position and size of a legend. */
 struct legend {
     int rows, corner; /* bit 0 right, bit 1 bottom */
     float width, height;
@@ -133,7 +144,7 @@ static struct legend measure_legend(const struct plot *plot)
     return legend;
 }
 
-/* Would a legend in this corner hide a point, or a line between two? */
+/* Returns true if a legend in this corner would hide a point or a line between two. */
 static bool hides(const struct plot *plot, const struct axis *x, const struct axis *y, const struct legend *legend,
                   int corner)
 {
@@ -158,7 +169,7 @@ static bool hides(const struct plot *plot, const struct axis *x, const struct ax
     return false;
 }
 
-/* Chooses a corner where nothing is hidden; false when there is none. */
+/* Chooses a corner where nothing is hidden; returns false when there is none. */
 static bool find_corner(const struct plot *plot, const struct axis *x, const struct axis *y, struct legend *legend)
 {
     static const int order[4] = {1, 0, 3, 2};
@@ -198,28 +209,66 @@ static void draw_legend(struct image *image, const struct plot *plot, const stru
     }
 }
 
-bool plot_render(const struct plot *plot, int width, int height, struct image *result)
+/* Extends both axes by all points that can be drawn. Returns false if there are none. */
+static bool include_points(const struct plot *plot, struct axis *x, struct axis *y)
 {
-    struct axis x, y;
-    memset(&x, 0, sizeof x);
-    memset(&y, 0, sizeof y);
-    memset(result, 0, sizeof *result);
-    x.logarithmic = plot->log_x;
-    y.logarithmic = plot->log_y;
-    x.lo = y.lo = INFINITY;
-    x.hi = y.hi = -INFINITY;
     for (int s = 0; s < plot->series_count; ++s) {
-        for (size_t i = 0; i < plot->series[s].count; ++i) {
-            if (isfinite(axis_value(&x, plot->series[s].x[i])) && isfinite(axis_value(&y, plot->series[s].y[i]))) {
-                axis_include(&x, plot->series[s].x[i]);
-                axis_include(&y, plot->series[s].y[i]);
+        const struct plot_series *series = &plot->series[s];
+        for (size_t i = 0; i < series->count; ++i) {
+            if (isfinite(axis_value(x, series->x[i])) && isfinite(axis_value(y, series->y[i]))) {
+                axis_include(x, series->x[i]);
+                axis_include(y, series->y[i]);
             }
         }
     }
     if (plot->y_from_zero && !plot->log_y) {
-        axis_include(&y, 0.0);
+        axis_include(y, 0.0);
     }
-    if (!(x.lo <= x.hi) || width < MARGIN_LEFT + MARGIN_RIGHT + 20 || height < MARGIN_TOP + MARGIN_BOTTOM + 20
+    return x->lo <= x->hi;
+}
+
+/* Sets ticks and places the legend: in a free corner, else above all data, for which the y axis is extended. */
+static void finish_axes(const struct plot *plot, const struct image *image, struct axis *x, struct axis *y, struct legend *legend)
+{
+    struct axis higher = *y;
+    const float room = legend->height + 3.0f * LEGEND_GAP;
+    higher.hi += (y->hi - y->lo) * (double)(room / fmaxf(1.0f, y->pixel_lo - y->pixel_hi - room));
+    axis_finish(x, image->width / 90);
+    axis_finish(y, image->height / 60);
+    if (legend->rows > 0 && !find_corner(plot, x, y, legend)) {
+        axis_finish(&higher, image->height / 60);
+        *y = higher;
+    }
+}
+
+/* Draws the points of a series and the lines between them; a point that is not finite breaks the line. */
+static void draw_series(struct image *image, const struct plot_series *series, const struct axis *x, const struct axis *y)
+{
+    const struct color color = color_category(series->style);
+    for (size_t i = 0; i < series->count; ++i) {
+        const float px = axis_pixel(x, series->x[i]), py = axis_pixel(y, series->y[i]);
+        if (!isfinite(px) || !isfinite(py)) {
+            continue;
+        }
+        if (i > 0 && !series->no_line) {
+            const float qx = axis_pixel(x, series->x[i - 1]), qy = axis_pixel(y, series->y[i - 1]);
+            if (isfinite(qx) && isfinite(qy)) {
+                image_line(image, qx, qy, px, py, 2.2f, color);
+            }
+        }
+        if (series->marks || series->no_line) {
+            image_glyph(image, series->style, px, py, 5.0f, color);
+        }
+    }
+}
+
+bool plot_render(const struct plot *plot, int width, int height, struct image *result)
+{
+    struct axis x = {.logarithmic = plot->log_x, .lo = INFINITY, .hi = -INFINITY};
+    struct axis y = {.logarithmic = plot->log_y, .lo = INFINITY, .hi = -INFINITY};
+    struct legend legend = measure_legend(plot);
+    memset(result, 0, sizeof *result);
+    if (!include_points(plot, &x, &y) || width < MARGIN_LEFT + MARGIN_RIGHT + 20 || height < MARGIN_TOP + MARGIN_BOTTOM + 20
         || !image_create(result, width, height, PAPER)) {
         return false;
     }
@@ -227,35 +276,10 @@ bool plot_render(const struct plot *plot, int width, int height, struct image *r
     x.pixel_hi = (float)(width - MARGIN_RIGHT);
     y.pixel_lo = (float)(height - MARGIN_BOTTOM);
     y.pixel_hi = MARGIN_TOP;
-    struct legend legend = measure_legend(plot);
-    struct axis higher = y; /* with room for the legend above all data */
-    const float room = legend.height + 3.0f * LEGEND_GAP;
-    higher.hi += (y.hi - y.lo) * (double)(room / fmaxf(1.0f, y.pixel_lo - y.pixel_hi - room));
-    axis_finish(&x, width / 90);
-    axis_finish(&y, height / 60);
-    if (legend.rows > 0 && !find_corner(plot, &x, &y, &legend)) {
-        axis_finish(&higher, height / 60);
-        y = higher;
-    }
+    finish_axes(plot, result, &x, &y, &legend);
     draw_axes(result, plot, &x, &y);
     for (int s = 0; s < plot->series_count; ++s) {
-        const struct plot_series *series = &plot->series[s];
-        const struct color color = color_category(series->style);
-        for (size_t i = 0; i < series->count; ++i) {
-            const float px = axis_pixel(&x, series->x[i]), py = axis_pixel(&y, series->y[i]);
-            if (!isfinite(px) || !isfinite(py)) {
-                continue;
-            }
-            if (i > 0 && !series->no_line) {
-                const float qx = axis_pixel(&x, series->x[i - 1]), qy = axis_pixel(&y, series->y[i - 1]);
-                if (isfinite(qx) && isfinite(qy)) {
-                    image_line(result, qx, qy, px, py, 2.2f, color);
-                }
-            }
-            if (series->marks || series->no_line) {
-                image_glyph(result, series->style, px, py, 5.0f, color);
-            }
-        }
+        draw_series(result, &plot->series[s], &x, &y);
     }
     if (legend.rows > 0) {
         draw_legend(result, plot, &legend, &x, &y);
@@ -306,7 +330,7 @@ static void draw_heat_cell(struct image *image, const struct heat_map *map, cons
     if (map->glyph_shapes && map->glyph_shapes[cell] >= 0) {
         const int shape = map->glyph_shapes[cell];
         const struct color color = color_category(map->glyph_colors ? map->glyph_colors[cell] : shape);
-        image_glyph(image, shape, cx, cy, 0.36f * size + 2.0f, PAPER); /* white rim: seen on every ground */
+        image_glyph(image, shape, cx, cy, 0.36f * size + 2.0f, PAPER); /* white rim, visible on every background */
         image_glyph(image, shape, cx, cy, 0.36f * size - 1.0f, color);
     } else if (map->print_values) {
         snprintf(text, sizeof text, "%.3g", value);

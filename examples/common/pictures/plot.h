@@ -1,4 +1,4 @@
-/* plot.h - line plots and heat maps for the pictures that the example programs write. */
+/* plot.h - line plots and heat maps. */
 #ifndef EXAMPLES_PICTURES_PLOT_H
 #define EXAMPLES_PICTURES_PLOT_H
 
@@ -16,12 +16,12 @@ struct plot_series {
 struct plot {
     const char *title, *x_label, *y_label; /* NULL = none */
     bool log_x, log_y;
-    bool y_from_zero; /* start the y axis at 0 even where the data do not (linear axis only) */
+    bool y_from_zero; /* start the y axis at 0 even if the data do not (linear axis only) */
     const struct plot_series *series;
     int series_count;
 };
 
-/* Makes a new picture of width x height pixels. False if there is nothing finite to draw or memory is short. */
+/* Makes a new picture of width x height pixels. Returns false if there is nothing finite to draw or memory is short. */
 bool plot_render(const struct plot *plot, int width, int height, struct image *result);
 
 struct heat_map {

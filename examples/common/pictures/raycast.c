@@ -8,14 +8,14 @@
 
 enum { OCCLUSION_DIRECTIONS = 64 };
 
-/* Everything that a pixel needs, made once. */
+/* Data that all pixels need, computed once. */
 struct renderer {
     const struct raycast_scene *scene;
     struct bvh bvh;
     struct raycast_frame frame;
-    float *corners;   /* the soup that is drawn: 9 floats a triangle */
+    float *corners;   /* the triangles drawn: 9 floats each */
     float *normals;   /* smooth style: one a vertex */
-    float *occlusion; /* light that arrives, 0..1: one a vertex (smooth style) or a triangle; below 0: not known yet */
+    float *occlusion; /* arriving light, 0..1, by vertex (smooth style) or triangle; negative: not computed yet */
     float lo[3], hi[3];
     float originals_lo[3], originals_hi[3];
     float mean_edge;
@@ -44,7 +44,7 @@ static bool indices_valid(const struct raycast_scene *scene)
     return scene->triangle_count > 0;
 }
 
-/* The soup, shrunk for the springl style, and its mean edge length. */
+/* Copies the triangles, shrunk for the springl style, and computes their mean edge length. */
 static void make_corners(struct renderer *r)
 {
     const struct raycast_scene *scene = r->scene;
@@ -107,8 +107,8 @@ static void make_ray(const struct renderer *r, float x, float y, float origin[3]
     vec3_normalize(direction);
 }
 
-/* Share of the sky seen from a point. The directions are the same everywhere (weighted by the cosine), so that
- * neighbouring points differ smoothly: no noise, and no random numbers. */
+/* Returns the share of the sky visible from a point, by fixed cosine-weighted directions: neighboring points differ smoothly,
+ * and there is no noise. */
 static float sky_share(const struct renderer *r, const float point[3], const float normal[3], float max_distance)
 {
     float origin[3], open = 0.0f, sum = 0.0f;
@@ -128,7 +128,7 @@ static float sky_share(const struct renderer *r, const float point[3], const flo
     return sum > 0.0f ? open / sum : 1.0f;
 }
 
-/* Of a vertex (smooth style) or a triangle. */
+/* Computes the occlusion of a vertex (smooth style) or a triangle. */
 static float occlusion(const struct renderer *r, size_t i)
 {
     const float size[3] = {r->hi[0] - r->lo[0], r->hi[1] - r->lo[1], r->hi[2] - r->lo[2]};
@@ -144,7 +144,7 @@ static float occlusion(const struct renderer *r, size_t i)
     return sky_share(r, center, normal, max_distance);
 }
 
-/* Most of a scene is not seen: only what the rays through the pixels' middles meet gets its value beforehand. */
+/* Computes the occlusion of what the rays through the pixels' centers meet; most of a scene is not visible. */
 static bool make_occlusion(struct renderer *r, int width, int height)
 {
     const struct raycast_scene *scene = r->scene;
@@ -210,8 +210,8 @@ static struct color surface_color(const struct renderer *r, size_t triangle, con
                            : raycast_correspondence_color(value, r->originals_lo, r->originals_hi);
 }
 
-/* Two lights that move with the camera (key from upper left, fill from the right), sky from above, a soft highlight.
- * Light is added up in linear values: display value = square root, a cheap stand-in for the sRGB curve. */
+/* Shades a point by two lights that move with the camera (key from upper left, fill from the right), the sky and a soft
+ * highlight. Light adds up in linear values; display value = square root, an approximation of the sRGB curve. */
 static struct color shade(const struct renderer *r, struct color color, const float normal[3], const float view[3],
                           float sky)
 {
@@ -233,7 +233,7 @@ static struct color shade(const struct renderer *r, struct color color, const fl
                      color.b * color.b * light + shine);
 }
 
-/* Distance in the triangle's plane from the hit to the nearest side; also the radius of the inscribed circle. */
+/* Returns the distance in the triangle's plane from the hit to the nearest side, and the radius of the inscribed circle. */
 static float side_distance(const float *c, const float w[3], float *inner_radius)
 {
     float normal[3], best = INFINITY, around = 0.0f;
@@ -277,7 +277,7 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
             sky += w[k] * occlusion_at(r, corner_vertex(scene, t, k));
         }
     }
-    if (vec3_dot(face, direction) > 0.0f) { /* seen from behind: an open surface or a hole; tinted so that it shows */
+    if (vec3_dot(face, direction) > 0.0f) { /* the back side, of an open surface or through a hole: tinted to be noticed */
         for (int i = 0; i < 3; ++i) {
             normal[i] = -normal[i];
         }
@@ -289,7 +289,7 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
             pixel_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
         const float width = scene->edge_width > 0.0f ? scene->edge_width : 1.2f;
         float
-            inner; /* radius of the inscribed circle: small triangles get thin, pale edges instead of turning black */
+            inner; /* small triangles get thin, pale edges instead of turning black */
         const float edge = side_distance(r->corners + 9 * t, w, &inner) / fmaxf(pixel, 1e-30f);
         const float room = fminf(1.0f, 0.4f * inner / fmaxf(width * pixel, 1e-30f));
         const float dark = fmaxf(0.0f, fminf(1.0f, 0.5f * width * room + 0.5f - edge));
@@ -319,8 +319,8 @@ static void render_row(const struct renderer *r, struct image *image, int y)
     }
 }
 
-/* Dots with a dark rim. A dot is hidden as a whole, by one ray to its point: particles lie on their own
- * triangle, so the last part of the way (a fraction of an edge) does not count. */
+/* Draws dots with a dark rim. A dot is hidden as a whole, by one ray to its point, whose last fraction of an edge is ignored,
+ * because particles lie on their own triangle. */
 static void draw_dots(const struct renderer *r, struct image *image, const float *points, size_t count, float radius,
                       struct color color)
 {
@@ -346,6 +346,60 @@ static void draw_dots(const struct renderer *r, struct image *image, const float
     }
 }
 
+/* Allocates the triangles, normals and occlusion. */
+static bool allocate(struct renderer *r)
+{
+    const struct raycast_scene *scene = r->scene;
+    const size_t shaded = r->smooth ? scene->vertex_count : scene->triangle_count;
+    r->corners = malloc(9 * scene->triangle_count * sizeof *r->corners);
+    r->normals = r->smooth ? malloc(3 * scene->vertex_count * sizeof *r->normals) : NULL;
+    r->occlusion = scene->plain ? NULL : malloc(shaded * sizeof *r->occlusion);
+    return r->corners && (r->normals || !r->smooth) && (r->occlusion || scene->plain);
+}
+
+/* Computes the boxes of the drawn triangles and of the original surface. */
+static void make_boxes(struct renderer *r)
+{
+    const struct raycast_scene *scene = r->scene;
+    for (int i = 0; i < 3; ++i) {
+        r->lo[i] = r->bvh.nodes[0].lo[i];
+        r->hi[i] = r->bvh.nodes[0].hi[i];
+        r->originals_lo[i] = INFINITY;
+        r->originals_hi[i] = -INFINITY;
+    }
+    if (scene->triangle_originals) {
+        raycast_grow_box(scene->triangle_originals, scene->triangle_count, r->originals_lo, r->originals_hi);
+    } else if (scene->vertex_originals) {
+        raycast_grow_box(scene->vertex_originals, scene->vertex_count, r->originals_lo, r->originals_hi);
+    }
+}
+
+/* Computes all that the pixels of a picture need. Returns false if there is nothing to draw or memory is short. */
+static bool prepare(struct renderer *r, int width, int height)
+{
+    if (!indices_valid(r->scene) || !allocate(r)) {
+        return false;
+    }
+    make_corners(r);
+    if (!bvh_build(&r->bvh, r->corners, NULL, r->scene->triangle_count)) {
+        return false;
+    }
+    make_boxes(r);
+    if (r->smooth) {
+        make_normals(r);
+    }
+    return !r->occlusion || make_occlusion(r, width, height);
+}
+
+static void draw_marks(const struct renderer *r, struct image *image)
+{
+    const struct raycast_scene *scene = r->scene;
+    draw_dots(r, image, scene->marks, scene->mark_count, scene->mark_radius > 0.0f ? scene->mark_radius : 2.0f,
+              color_or(scene->mark_color, 0.98f, 0.85f, 0.15f));
+    draw_dots(r, image, scene->particles, scene->particle_count, scene->particle_radius > 0.0f ? scene->particle_radius : 2.0f,
+              color_or(scene->particle_color, 0.88f, 0.12f, 0.10f));
+}
+
 bool raycast_render(const struct raycast_scene *scene, int width, int height, struct image *result)
 {
     struct renderer r;
@@ -359,38 +413,9 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         return false;
     }
     r.frame = raycast_camera_frame(&scene->camera, (float)width / (float)height);
-    bool good = indices_valid(scene);
-    if (good) {
-        r.corners = malloc(9 * scene->triangle_count * sizeof *r.corners);
-        r.normals = r.smooth ? malloc(3 * scene->vertex_count * sizeof *r.normals) : NULL;
-        r.occlusion = scene->plain
-                          ? NULL
-                          : malloc((r.smooth ? scene->vertex_count : scene->triangle_count) * sizeof *r.occlusion);
-        good = r.corners && (r.normals || !r.smooth) && (r.occlusion || scene->plain);
-    }
-    if (good) {
-        make_corners(&r);
-        good = bvh_build(&r.bvh, r.corners, NULL, scene->triangle_count);
-    }
-    if (good) {
-        for (int i = 0; i < 3; ++i) {
-            r.lo[i] = r.bvh.nodes[0].lo[i];
-            r.hi[i] = r.bvh.nodes[0].hi[i];
-            r.originals_lo[i] = INFINITY;
-            r.originals_hi[i] = -INFINITY;
-        }
-        if (scene->triangle_originals) {
-            raycast_grow_box(scene->triangle_originals, scene->triangle_count, r.originals_lo, r.originals_hi);
-        } else if (scene->vertex_originals) {
-            raycast_grow_box(scene->vertex_originals, scene->vertex_count, r.originals_lo, r.originals_hi);
-        }
-        if (r.smooth) {
-            make_normals(&r);
-        }
-        good = !r.occlusion || make_occlusion(&r, width, height);
-    }
+    const bool good = prepare(&r, width, height);
     if (!good) {
-        bvh_free(&r.bvh); /* nothing to hit: the background */
+        bvh_free(&r.bvh); /* nothing to hit: only the background */
     }
 #if defined(_OPENMP)
     #pragma omp parallel for schedule(dynamic, 8)
@@ -399,11 +424,7 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         render_row(&r, result, y);
     }
     if (good) {
-        draw_dots(&r, result, scene->marks, scene->mark_count, scene->mark_radius > 0.0f ? scene->mark_radius : 2.0f,
-                  color_or(scene->mark_color, 0.98f, 0.85f, 0.15f));
-        draw_dots(&r, result, scene->particles, scene->particle_count,
-                  scene->particle_radius > 0.0f ? scene->particle_radius : 2.0f,
-                  color_or(scene->particle_color, 0.88f, 0.12f, 0.10f));
+        draw_marks(&r, result);
     }
     bvh_free(&r.bvh);
     free(r.corners);

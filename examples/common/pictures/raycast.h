@@ -1,6 +1,6 @@
 /* raycast.h - pictures of triangle meshes and springl soups by ray casting on the CPU.
  *
- * No window, no GPU: what a test, a report and a build server need. Threads through OpenMP when compiled with it; the
+ * It needs no window and no GPU, so it serves tests, reports and build servers. It uses OpenMP when compiled with it; the
  * picture is the same for any number of threads. */
 #ifndef EXAMPLES_PICTURES_RAYCAST_H
 #define EXAMPLES_PICTURES_RAYCAST_H
@@ -15,7 +15,7 @@ struct raycast_camera {
     float ortho_height;  /* world height of the picture when orthographic */
 };
 
-/* What a camera means for rays; raycast_camera_frame also serves callers that draw over a picture. */
+/* A camera's axes; raycast_camera_frame is also for callers that draw over a picture. */
 struct raycast_frame {
     float right[3], up[3], forward[3];
     float half_height, half_width; /* of the picture plane at distance 1, or in world units when orthographic */
@@ -25,19 +25,19 @@ struct raycast_frame {
 
 struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, float aspect);
 
-/* A camera that sees all the points from `direction` (from the object to the eye), with a small margin. For a film give the
- * points of all its frames. */
+/* Returns a camera that shows all the points from `direction` (from the object to the eye), with a small margin. For a film
+ * pass the points of all its frames. */
 struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3],
                                            const float up[3], float field_of_view, float aspect);
-/* Grows lo..hi by points (3 floats each, not finite ones ignored). Start from lo = +INFINITY, hi = -INFINITY. */
+/* Extends lo..hi by points (3 floats each, ignoring those that are not finite). Start with lo = +INFINITY, hi = -INFINITY. */
 void raycast_grow_box(const float *points, size_t count, float lo[3], float hi[3]);
 
 enum raycast_style {
     RAYCAST_SMOOTH, /* interpolated normals */
-    RAYCAST_SPRINGL /* one normal a triangle, with dark triangle edges: every springl can be seen */
+    RAYCAST_SPRINGL /* one normal a triangle and dark triangle edges, so that every springl is visible */
 };
 
-/* Colours a point of the original surface; used with `originals`. */
+/* Returns the color of a point of the original surface; used with `originals`. */
 typedef struct color (*raycast_color_fn)(void *user, const float original[3]);
 
 struct raycast_scene {
@@ -50,13 +50,13 @@ struct raycast_scene {
     const float *normals;
     const float *vertex_colors;
     const float *triangle_colors;
-    /* Points of the original surface, one a vertex or one a triangle, coloured by color_at (NULL =
-     * raycast_correspondence_color over the box of the originals). Wins over colours. */
+    /* Points of the original surface, one a vertex or one a triangle, colored by color_at (NULL = raycast_correspondence_color
+     * over the box of the originals). They take precedence over colors. */
     const float *vertex_originals;
     const float *triangle_originals;
     raycast_color_fn color_at;
     void *color_user;
-    /* Dots drawn on top where the surface does not hide them: particles (red) and, say, vertices (yellow). */
+    /* Dots on top of the visible surface: particles (red) and another set, such as vertices (yellow). */
     const float *particles;
     size_t particle_count;
     float particle_radius; /* pixels; 0 = 2 */
@@ -75,10 +75,11 @@ struct raycast_scene {
     int supersampling; /* n x n samples a pixel; 0 = 2 */
 };
 
-/* False: no finite triangle (the picture is then the background), wrong index, or memory is short. */
+/* Renders the scene. Returns false if there is no finite triangle (the picture is then the background), an index is wrong, or
+ * memory is short. */
 bool raycast_render(const struct raycast_scene *scene, int width, int height, struct image *result);
 
-/* The pattern that makes tracking visible: hue by direction from the centre of the box lo..hi, times a checker of
+/* Returns a pattern that makes tracking visible: hue by direction from the center of the box lo..hi, times a checker of
  * latitude and longitude. */
 struct color raycast_correspondence_color(const float original[3], const float lo[3], const float hi[3]);
 

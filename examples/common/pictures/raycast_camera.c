@@ -24,7 +24,7 @@ struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, f
     vec3_sub(camera->target, camera->eye, frame.forward);
     frame.distance = vec3_normalize(frame.forward);
     vec3_cross(frame.forward, camera->up, frame.right);
-    if (!(vec3_length(frame.right) > 1e-6f * vec3_length(camera->up))) { /* looking along `up`: any other will do */
+    if (!(vec3_length(frame.right) > 1e-6f * vec3_length(camera->up))) { /* looking along `up`: choose any other up direction */
         const float other[3] = {fabsf(frame.forward[0]) < 0.5f ? 1.0f : 0.0f,
                                 fabsf(frame.forward[0]) < 0.5f ? 0.0f : 1.0f, 0.0f};
         vec3_cross(frame.forward, other, frame.right);

@@ -31,7 +31,7 @@ static void velocity(const struct beat *b, const double x[3], double v[3])
     }
 }
 
-/* a + h b */
+/* Computes a + h b. */
 static void along(const double a[3], double h, const double b[3], double out[3])
 {
     for (int i = 0; i < 3; ++i) {

@@ -12,7 +12,7 @@ enum { INVERSE_ITERATIONS = 60 };
 bool field_create(const struct volume *like, struct field *field)
 {
     memset(field, 0, sizeof *field);
-    if (!volume_create_padded(like, 0, &field->grid)) { /* geometry alone: headers stay with their volume */
+    if (!volume_create_padded(like, 0, &field->grid)) { /* only the geometry: the header stays with its volume */
         return false;
     }
     free(field->grid.data);
@@ -78,7 +78,7 @@ void field_sample(field_map_fn map, const void *user, struct field *field)
     }
 }
 
-/* y -> x with x + u(x) = y: x <- y - u(x). */
+/* Inverts x + u(x) = y by fixed-point iteration: x <- y - u(x). */
 static void map_back(const void *user, const float *points, size_t count, float *mapped)
 {
     const struct field *field = user;
@@ -132,7 +132,7 @@ bool field_invert(const struct field *field, const struct volume *like, struct f
     return true;
 }
 
-/* Calls of `take` for every voxel of the field with the place in `image`, in voxels, that it is mapped to. */
+/* Computes a value from `image` at the place, in voxels, to which a voxel of the field is mapped. */
 typedef float (*take_fn)(const struct volume *image, const float index[3], float outside);
 
 static void pull(const struct field *field, const struct volume *image, take_fn take, float outside, float *out)
@@ -157,7 +157,7 @@ static void pull(const struct field *field, const struct volume *image, take_fn 
     }
 }
 
-/* An image ends half a voxel beyond the centres of its outermost voxels. */
+/* Returns true inside an image, which ends half a voxel beyond the centers of its outermost voxels. */
 static bool in_box(const struct volume *image, const float index[3])
 {
     bool inside = true;
@@ -209,7 +209,7 @@ float field_jacobian(const struct field *field, float *determinants)
         return NAN;
     }
     volume_world_to_index(grid, zero, origin);
-    for (size_t n = 0; n < total; ++n) { /* the vectors in voxels */
+    for (size_t n = 0; n < total; ++n) { /* convert the vectors to voxels */
         volume_world_to_index(grid, field->mm + 3 * n, u + 3 * n);
         vec3_sub(u + 3 * n, origin, u + 3 * n);
     }

@@ -1,7 +1,7 @@
-/* field_io.c - files of field.h. */
+/* field_io.c - displacement fields in files. */
 #include "registration/field.h"
 
-/* Debian keeps it in /usr/include/nifti, together with the znzlib.h that it asks for: compile with that folder as -I. */
+/* Needs -I with Debian's folder /usr/include/nifti, which also contains the znzlib.h that this header includes. */
 #include <nifti2_io.h>
 #include <zlib.h>
 
@@ -10,20 +10,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float lps[3] = {-1.0f, -1.0f, 1.0f}; /* and back */
+static const float lps[3] = {-1.0f, -1.0f, 1.0f}; /* the same signs in both directions */
 
 static bool write_error(char error[VOLUME_TEXT], const char *path, const char *text)
 {
-    const size_t length = strlen(path); /* of a long path the end tells more */
+    const size_t length = strlen(path); /* the end of a long path is more useful */
     snprintf(error, VOLUME_TEXT, "%s%s: %s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, text);
     return false;
 }
 
-/* What makes a file a field, besides being an image of three frames. */
+/* Checks that an image is a displacement field. Returns NULL, or what is wrong. */
 static const char *fault(const struct volume *first)
 {
     const nifti_image *header = first->header;
-    if (!header && first->frame_count != 3) { /* NRRD and MetaImage: a vector's parts count as frames */
+    if (!header && first->frame_count != 3) { /* in NRRD and MetaImage a vector's components count as frames */
         return "no displacement field: it has no three components";
     }
     if (header && (header->dim[0] != 5 || header->dim[4] != 1 || header->dim[5] != 3)) {
@@ -46,7 +46,9 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
             if (c == 0) {
                 return false;
             }
-            return strstr(error, "there is no frame") ? write_error(error, path, "no displacement field: it has no three frames") : false;
+            return strstr(error, "there is no frame")
+                       ? write_error(error, path, "no displacement field: it has no three frames")
+                       : false;
         }
         wrong = fault(&component);
         if (!wrong && c == 0 && !field_create(&component, field)) {
@@ -64,7 +66,7 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
     return true;
 }
 
-/* Can a rotation and the voxel sizes alone place the voxels? */
+/* Returns true if a rotation and the voxel sizes alone can place the voxels. */
 static bool perpendicular(const struct volume *grid)
 {
     float maximum = 0.0f;
@@ -97,7 +99,7 @@ static nifti_1_header make_header(const struct volume *grid)
         h.srow_y[c] = (float)grid->affine[1][c];
         h.srow_z[c] = (float)grid->affine[2][c];
     }
-    /* Some programs read the qform only: given wherever it can say the same. */
+    /* Write a qform wherever it can represent the geometry, because some programs read only that. */
     nifti_dmat44 m;
     double qb, qc, qd, qx, qy, qz, dx, dy, dz, qfac;
     memcpy(m.m, grid->affine, sizeof m.m);
@@ -117,7 +119,7 @@ static nifti_1_header make_header(const struct volume *grid)
     return h;
 }
 
-/* One component of every voxel. */
+/* Writes one component of every voxel. */
 static bool write_component(gzFile file, const struct field *field, size_t c)
 {
     enum { BLOCK = 4096 };

@@ -13,12 +13,12 @@ enum { MAX_POINTS = 1000000, COLUMNS = 5 };
 
 static bool write_error(char error[VOLUME_TEXT], const char *path, const char *text)
 {
-    const size_t length = strlen(path); /* of a long path the end tells more */
+    const size_t length = strlen(path); /* the end of a long path is more useful */
     snprintf(error, VOLUME_TEXT, "%s%s: %s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, text);
     return false;
 }
 
-/* NULL, or what is wrong. */
+/* Reads a point set. Returns NULL, or what is wrong. */
 static const char *read_set(FILE *file, const struct volume *image, float **points, size_t *count)
 {
     char word[16];
@@ -81,10 +81,10 @@ struct row {
 struct table {
     struct row *rows;
     size_t count, room;
-    int columns[COLUMNS]; /* where landmark, frame, x_mm, y_mm, z_mm stand */
+    int columns[COLUMNS]; /* columns of landmark, frame, x_mm, y_mm, z_mm */
 };
 
-/* The next item of a line, without the blanks and the line end about it; NULL after the last. */
+/* Returns the next item of a line without surrounding blanks and line end; NULL after the last. */
 static char *next_item(char **rest)
 {
     char *item = *rest;
@@ -166,7 +166,7 @@ static const char *read_table(FILE *file, struct table *table)
     return table->count > 0 ? NULL : "there are no landmarks";
 }
 
-/* Sorts the rows into *points; every landmark must be there once in every frame. */
+/* Sorts the rows into *points and checks that every landmark is there once in every frame. Returns NULL, or what is wrong. */
 static const char *arrange(const struct table *table, float **points, size_t *landmarks, size_t *frames)
 {
     size_t l = 0, f = 0;

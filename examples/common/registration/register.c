@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PATIENCE = 10 }; /* iterations over which the difference has to fall by `min_gain` */
+enum { PATIENCE = 10 }; /* iterations in which the difference must fall by `min_gain` */
 static const float min_gain = 0.01f;
-static const float iterating_step = 0.5f, final_step = 0.05f; /* first steps of exp, voxels */
-static const float nearly_one = 0.8f; /* windows that share so much of their range are one scale */
-static const float local_sigma = 3.0f, local_floor = 0.05f;   /* of REGISTER_LCC: voxels; of the range 0..1 */
+static const float iterating_step = 0.5f, final_step = 0.05f; /* length of the first step of exp, voxels */
+static const float nearly_one = 0.8f; /* common share of two windows from which on they count as one scale */
+static const float local_sigma = 3.0f, local_floor = 0.05f;   /* for REGISTER_LCC: voxels; intensity, range 0..1 */
 
 struct register_settings register_defaults(void)
 {
@@ -28,14 +28,14 @@ bool register_window_of(const struct volume *image, struct register_window *wind
 {
     window->low = segment_percentile(image, 0.005);
     window->high = segment_percentile(image, 0.995);
-    if (!(window->high > window->low)) { /* nearly all voxels are equal: a small object */
+    if (!(window->high > window->low)) { /* nearly all voxels are equal, as for a small object */
         window->low = image->minimum;
         window->high = image->maximum;
     }
     return window->high > window->low;
 }
 
-/* values: normalised, without outliers and without details that cubes of `side` mm cannot hold. */
+/* Prepares values: normalized, without outliers and without details that cubes of `side` mm cannot represent. */
 static bool prepare(const struct volume *image, struct register_window window, float side, float *values)
 {
     for (size_t n = 0; n < volume_voxels(image); ++n) {
@@ -44,7 +44,7 @@ static bool prepare(const struct volume *image, struct register_window window, f
     return segment_blur(image, side, values);
 }
 
-/* (I - local mean) / local deviation, so that squared differences are those of a local correlation. */
+/* Computes (I - local mean) / local deviation, whose squared differences measure the local correlation. */
 static bool normalize_locally(const int dims[3], float *image)
 {
     const size_t total = vgrid_voxels(dims);
@@ -106,7 +106,7 @@ static void invert_affine(const double m[3][4], double out[3][4])
     }
 }
 
-/* Voxels of `to`, mapped, in voxels of `from`. */
+/* Composes a map from voxels of `to` to voxels of `from`. */
 static void index_map(const struct volume *to, const double map[3][4], const struct volume *from, float out[3][4])
 {
     const float corners[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
@@ -160,8 +160,8 @@ void register_resample(const struct volume *from, const float *values, const dou
 struct demons {
     int dims[3];
     size_t total;
-    float *fixed, *moving;     /* on this grid, the moving one through the affine map */
-    unsigned char *valid;      /* does the moving image reach here? */
+    float *fixed, *moving;     /* on this grid; `moving` already through the affine map */
+    unsigned char *valid;      /* 1 where the moving image is defined */
     float *v, *exp_v, *update; /* 3 a voxel */
     float *warped;
     float *scratch;
@@ -203,7 +203,7 @@ static bool demons_create(const int dims[3], struct demons *d)
     return false;
 }
 
-/* Twice the gradient of `image` in voxels, at a place inside. */
+/* Computes twice the gradient of `image`, per voxel, at a voxel inside. */
 static inline void add_gradient(const int dims[3], const float *image, size_t n, const int place[3], float gradient[3])
 {
     const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
@@ -213,7 +213,7 @@ static inline void add_gradient(const int dims[3], const float *image, size_t n,
     }
 }
 
-/* Does the pair of voxel n and the place that u takes it to count? at_place: the mask is asked there, else at n. */
+/* Returns true if the pair of voxel n and its mapped place is valid; at_place: checks the mask there, else at n. */
 static inline bool counts(const struct demons *d, const float *u, size_t n, const int place[3], bool at_place)
 {
     float x[3];
@@ -234,9 +234,9 @@ static inline bool counts(const struct demons *d, const float *u, size_t n, cons
     return d->valid[at] != 0;
 }
 
-/* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`, where exp_v holds exp(+-v):
+/* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`; exp_v is exp(+-v):
  *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2),   J = (grad still + grad warped) / 2
- * (eq. 5 of the 2009 paper with efficient second-order minimisation; |u| <= longest). Returns the mean squared difference. */
+ * (eq. 5 of the 2009 paper, efficient second-order minimization; |u| <= longest). Returns the mean squared difference. */
 static double add_forces(const struct demons *d, const float *still, bool still_is_moving, float longest, float weight)
 {
     const float damping = 1.0f / (4.0f * longest * longest);
@@ -280,7 +280,7 @@ static double add_forces(const struct demons *d, const float *still, bool still_
     return number > 0.0 ? sum / number : 0.0;
 }
 
-/* Mean and deviation of a and b over the voxels that count, in this order. */
+/* Computes mean and deviation of a and of b over the valid voxels, in this order. */
 static void moments(const struct demons *d, const float *a, const float *b, double out[4])
 {
     double sum[5] = {0.0, 0.0, 0.0, 0.0, 1e-30};
@@ -299,8 +299,8 @@ static void moments(const struct demons *d, const float *a, const float *b, doub
     }
 }
 
-/* The moving image takes the fixed one's mean and deviation, as seen through the present map: the better the images lie on
- * each other, the better their scales agree. Percentiles alone compare what fills the images, not the same places. */
+/* Gives the moving image the mean and deviation of the fixed one, over the places that the present map brings together: this
+ * improves with the map, while percentiles alone compare the images' contents, not the same places. */
 static void match_scales(struct demons *d)
 {
     double m[4];
@@ -312,7 +312,7 @@ static void match_scales(struct demons *d)
     }
 }
 
-/* v <- G_velocity * (v + G_update * (u_forward - u_back) / 2); returns the mean squared difference before it. */
+/* Updates v <- G_velocity * (v + G_update * (u_forward - u_back) / 2); computes the mean squared difference before it. */
 static bool iterate(struct demons *d, const struct register_settings *set, double *difference)
 {
     const float half = set->one_sided ? 1.0f : 0.5f;
@@ -357,7 +357,7 @@ static bool run_level(struct demons *d, const struct register_settings *set, str
 
 /* ---- pyramid ---- */
 
-/* Velocities from one grid of cubes to another, each in its own voxels. */
+/* Resamples velocities from one grid of cubes to another, each in its own voxels. */
 static void transfer(const struct volume *from, const float *v, const struct volume *to, float *out)
 {
     const float ratio = from->spacing[0] / to->spacing[0];
@@ -410,7 +410,7 @@ static bool fill_level(struct pair *pair, const struct volume *grid, const struc
     return similarity != REGISTER_LCC || (normalize_locally(d->dims, d->fixed) && normalize_locally(d->dims, d->moving));
 }
 
-/* Cubes over the fixed image, the geometry alone. */
+/* Makes cubes over the fixed image, without data. */
 static bool level_grid(const struct volume *fixed, float side, struct volume *grid)
 {
     if (!volume_create_cubes(fixed, side, 0, grid)) {
@@ -461,7 +461,7 @@ static bool exponentiate(struct registration *reg)
     return good;
 }
 
-/* The affine map on the coarser half of the grids, where demons would spend their time on it. */
+/* Finds the affine map on the coarser half of the grids, where demons would need many iterations for it. */
 static bool align(struct pair *pair, const struct register_settings *set, float finest, int levels, struct registration *reg)
 {
     bool good = true;
@@ -494,13 +494,13 @@ static int choose_levels(const struct volume *fixed, float side, int wanted)
     return wanted > 0 ? wanted : levels;
 }
 
-/* The part that two windows share of what they cover together. */
+/* Returns the common part of two windows as a share of their union. */
 static float shared(const struct register_window *a, const struct register_window *b)
 {
     return (fminf(a->high, b->high) - fmaxf(a->low, b->low)) / (fmaxf(a->high, b->high) - fminf(a->low, b->low));
 }
 
-/* *one_scale: asked for, or found because the windows nearly agree. */
+/* Chooses the windows of intensities. *one_scale: set if requested, or if the windows nearly agree. */
 static bool choose_windows(struct pair *pair, bool *one_scale, char error[VOLUME_TEXT])
 {
     struct register_window *f = &pair->fixed_window, *m = &pair->moving_window;

@@ -1,11 +1,11 @@
-/* register.h - deformable registration of two images: an affine map by Gauss-Newton, then symmetric log-domain
- * diffeomorphic demons on a pyramid of grids.
+/* register.h - deformable registration of two images: an affine map by Gauss-Newton, then symmetric log-domain diffeomorphic
+ * demons on a pyramid of grids.
  *
  *   T. Vercauteren, X. Pennec, A. Perchant, N. Ayache: Diffeomorphic demons: efficient non-parametric image registration,
  *   NeuroImage 45, 2009; and Symmetric log-domain diffeomorphic registration: a demons-based approach, MICCAI 2008.
  *
- * The map takes points of the fixed image to the moving one: x -> A(exp(v)(x)) with a stationary velocity v, so its inverse is
- * x -> exp(-v)(A^-1(x)), and exp(v/K) K times over is exp(v): motions can be walked in steps. */
+ * The result maps points of the fixed image to the moving one: x -> A(exp(v)(x)) with a stationary velocity v. Its inverse is
+ * x -> exp(-v)(A^-1(x)), and exp(v/K) applied K times is exp(v), so a motion can be divided into steps. */
 #ifndef EXAMPLES_REGISTRATION_REGISTER_H
 #define EXAMPLES_REGISTRATION_REGISTER_H
 
@@ -15,7 +15,7 @@
 enum register_align { REGISTER_ALIGN_NONE, REGISTER_ALIGN_TRANSLATION, REGISTER_ALIGN_RIGID, REGISTER_ALIGN_AFFINE };
 enum register_similarity {
     REGISTER_SSD, /* sum of squared differences of intensities */
-    REGISTER_LCC  /* local correlation: the same after subtracting the local mean and dividing by the local deviation */
+    REGISTER_LCC  /* local correlation: SSD after subtracting the local mean and dividing by the local deviation */
 };
 
 enum { REGISTER_MAX_LEVELS = 6, REGISTER_MIN_CELLS = 16 };
@@ -23,10 +23,10 @@ enum { REGISTER_MAX_LEVELS = 6, REGISTER_MIN_CELLS = 16 };
 struct register_settings {
     enum register_align align;
     enum register_similarity similarity;
-    bool one_scale;        /* intensities mean the same in both images; without it that is found out, or scales matched */
-    bool one_sided;        /* forces of the fixed image's side only: half the time, not symmetric */
-    int levels;            /* grids, each twice as fine as the one before; 0: while REGISTER_MIN_CELLS voxels a side stay */
-    int iterations;        /* at most, on each grid */
+    bool one_scale;        /* equal tissue has equal intensity in both; false: detected, or scales are matched */
+    bool one_sided;        /* forces of the fixed image's side only: half the time, but not symmetric */
+    int levels;            /* grids, each twice as fine as the one before; 0: as many as leave REGISTER_MIN_CELLS voxels a side */
+    int iterations;        /* maximum on each grid */
     float update_sigma;    /* Gaussian of the update ("fluid") and of the velocity ("elastic"), voxels of the grid */
     float velocity_sigma;
     float longest_update;  /* voxels an iteration */
@@ -37,7 +37,7 @@ struct register_settings register_defaults(void);
 struct register_level {
     float side; /* mm */
     int iterations;
-    double start, end; /* mean squared difference of the normalised images */
+    double start, end; /* mean squared difference of the normalized images */
 };
 
 struct registration {
@@ -46,38 +46,38 @@ struct registration {
     double affine[3][4];                 /* A, world mm */
     double affine_inverse[3][4];
     struct register_level levels[REGISTER_MAX_LEVELS];
-    bool one_scale;                      /* was one scale of intensities asked for, or found? */
+    bool one_scale;                      /* one scale of intensities was requested or detected */
     int level_count;                     /* levels[0] is the finest */
 };
 
-/* Registers. start: a registration of the same fixed image whose velocity is the first guess, or NULL. False: memory is
- * short, or an image is constant (`error` says so); then *result is empty. */
+/* Registers two images. start: a registration of the same fixed image whose velocity is the first guess, or NULL. Returns
+ * false with an empty *result if memory is short or an image is constant, with the reason in `error`. */
 bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT]);
 void registration_free(struct registration *registration);
 
-/* The map that takes points one of `parts` equal steps of the way: applied that often it is the whole one. Only for a
- * registration without an affine map; *part is freed like any other. False: memory is short. */
+/* Divides a motion into equal substeps: applying *substep `substeps` times gives the whole map. Only for a registration
+ * without an affine map; free *substep like any other. Returns false if memory is short. */
 bool registration_substep(const struct registration *registration, int substeps, struct registration *substep);
 
-/* The map and its inverse, for field_sample. */
+/* The map and its inverse as field_map_fn. */
 void registration_map(const void *registration, const float *points, size_t count, float *mapped);
 void registration_map_back(const void *registration, const float *points, size_t count, float *mapped);
 
-/* ---- pieces ---- */
+/* ---- building blocks ---- */
 
-/* The intensities that become 0 and 1: the 0.5th and the 99.5th percentile. False: the image is constant. */
+/* Finds the intensities that become 0 and 1, the 0.5th and the 99.5th percentile. Returns false if the image is constant. */
 struct register_window {
     float low, high;
 };
 bool register_window_of(const struct volume *image, struct register_window *window);
 
-/* register_affine.c: improves the map A from the world of `fixed` to that of `moving`, for the sum of squared differences of
- * values that are already on comparable scales. */
+/* Improves the map A from the world of `fixed` to that of `moving` for the sum of squared differences of values that are
+ * already on comparable scales (register_affine.c). */
 bool register_affine(const struct volume *fixed, const struct volume *moving, enum register_align align, double map[3][4]);
 
-/* values of `from` at map(x) for every voxel x of `to`; beyond the outermost voxels constant. valid (may be NULL): 1 where
- * map(x) lies inside the box of `from`. */
+/* Samples values of `from` at map(x) for every voxel x of `to`, constant beyond the outermost voxels. valid (may be NULL): 1
+ * where map(x) lies inside the box of `from`. */
 void register_resample(const struct volume *from, const float *values, const double map[3][4], const struct volume *to,
                        float *result, unsigned char *valid);
 

@@ -1,4 +1,4 @@
-/* register_affine.c - register_affine of register.h: Levenberg-Marquardt on the sum of squared differences. */
+/* register_affine.c - register_affine by Levenberg-Marquardt on the sum of squared differences. */
 #include "registration/register.h"
 
 #include "registration/vgrid.h"
@@ -9,9 +9,9 @@
 #include <string.h>
 
 enum { MAX_PARAMETERS = 12, ITERATIONS = 40 };
-static const double min_overlap = 0.3; /* of the fixed image's voxels that have to lie inside the moving one */
+static const double min_overlap = 0.3; /* share of the fixed image's voxels that must lie inside the moving one */
 
-/* Normal equations of one slice or of all. */
+/* Normal equations of one slice or of all slices. */
 struct normal {
     double a[MAX_PARAMETERS][MAX_PARAMETERS], b[MAX_PARAMETERS], squares, number;
 };
@@ -19,7 +19,7 @@ struct normal {
 struct problem {
     const struct volume *fixed, *moving;
     int parameters; /* 3, 6, 12 */
-    double center[3], radius; /* of the fixed image, mm: the parameters are displacements at about the radius */
+    double center[3], radius; /* of the fixed image, mm: a parameter's unit is a displacement at about this radius */
     struct normal *slices;
 };
 
@@ -28,7 +28,8 @@ static int parameters_of(enum register_align align)
     return align == REGISTER_ALIGN_TRANSLATION ? 3 : align == REGISTER_ALIGN_RIGID ? 6 : 12;
 }
 
-/* How the mapped point moves with each parameter: translations; then rotations about the mapped centre, or all of a matrix. */
+/* Computes the derivative of the mapped point by each parameter: translations, then rotations about the mapped center or a
+ * matrix. */
 static void motions(const struct problem *p, const double map[3][4], const float world[3], double m[MAX_PARAMETERS][3])
 {
     double x[3], turned[3];
@@ -49,8 +50,8 @@ static void motions(const struct problem *p, const double map[3][4], const float
     }
 }
 
-/* Value of the moving image at a place and its gradient there, per mm of the world. False: beyond the image, which ends half a
- * voxel beyond the outermost centres: so a small motion away from the same grid leaves no voxel out. */
+/* Samples the moving image and its gradient per mm of the world. Returns false beyond the image, which ends half a voxel
+ * beyond the outermost centers, so that a small motion from an identical grid leaves no voxel out. */
 static bool look(const struct volume *moving, const float world[3], float *value, double gradient[3])
 {
     float x[3];
@@ -68,7 +69,7 @@ static bool look(const struct volume *moving, const float world[3], float *value
         down[a] -= 0.5f;
         vgrid_sample(moving->dims, 1, moving->data, up, &after);
         vgrid_sample(moving->dims, 1, moving->data, down, &before);
-        for (int r = 0; r < 3; ++r) { /* along axes that are perpendicular, which is near enough for others */
+        for (int r = 0; r < 3; ++r) { /* assumes perpendicular axes, which is accurate enough for others */
             gradient[r] += (double)(after - before) * (double)(moving->direction[r][a] / moving->spacing[a]);
         }
     }
@@ -98,7 +99,7 @@ static void add_voxel(const struct problem *p, const double map[3][4], const flo
     out->number += 1.0;
 }
 
-/* Mean squared difference where the images overlap; INFINITY where they hardly do. */
+/* Builds the equations; returns the mean squared difference where the images overlap, INFINITY where they hardly do. */
 static double equations(const struct problem *p, const double map[3][4], struct normal *sum)
 {
     const int *dims = p->fixed->dims;
@@ -127,7 +128,7 @@ static double equations(const struct problem *p, const double map[3][4], struct 
     return sum->number >= min_overlap * (double)vgrid_voxels(dims) ? sum->squares / sum->number : INFINITY;
 }
 
-/* Rodrigues: the matrix of a turn about `axis` by its length. */
+/* Computes the matrix of a rotation about `axis` by its length (Rodrigues). */
 static void rotation(const double axis[3], double r[3][3])
 {
     const double angle = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
@@ -141,7 +142,7 @@ static void rotation(const double axis[3], double r[3][3])
     }
 }
 
-/* map: x -> M (x - center) + t; the new one in `out`. */
+/* Updates the map x -> M (x - center) + t by a step of the parameters. */
 static void move(const struct problem *p, const double map[3][4], const double *step, double out[3][4])
 {
     double matrix[3][3], r[3][3], at_center[3];
@@ -170,7 +171,7 @@ static void move(const struct problem *p, const double map[3][4], const double *
     }
 }
 
-/* (A + damping diag A) step = b */
+/* Solves (A + damping diag A) step = b. */
 static bool solve(const struct problem *p, const struct normal *sum, double damping, double step[MAX_PARAMETERS])
 {
     double a[MAX_PARAMETERS * MAX_PARAMETERS];

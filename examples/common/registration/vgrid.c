@@ -6,7 +6,7 @@
 
 /* ---- interpolation ---- */
 
-/* The corner below x and the weight of the next one, along an axis of n samples; step: to the next corner, 0 at the end. */
+/* Finds the sample before x on an axis of n samples, the weight of the next one, and the offset to it, 0 at the end. */
 static inline size_t corner(float x, int n, float *t, size_t *step)
 {
     const float inside = fmaxf(0.0f, fminf((float)(n - 1), x));
@@ -16,7 +16,7 @@ static inline size_t corner(float x, int n, float *t, size_t *step)
     return low;
 }
 
-/* Made for a constant number of channels, so that the loops over it unroll. */
+/* Interpolates; inlined with a constant number of channels, so that the loops over it unroll. */
 static inline void sample(const int dims[3], size_t channels, const float *values, const float x[3], float *out)
 {
     float t[3];
@@ -46,7 +46,7 @@ void vgrid_sample(const int dims[3], int channels, const float *values, const fl
 
 /* ---- smoothing ---- */
 
-/* out += weight * in */
+/* Computes out += weight * in. */
 static inline void add_row(float *restrict out, const float *restrict in, float weight, size_t count)
 {
     for (size_t i = 0; i < count; ++i) {
@@ -57,11 +57,11 @@ static inline void add_row(float *restrict out, const float *restrict in, float 
 static inline int clamp(int i, int n) { return i < 0 ? 0 : i < n ? i : n - 1; }
 
 struct kernel {
-    const float *weights; /* reach + 1 of them, for distances 0, 1, ... */
+    const float *weights; /* half_width + 1 of them, for distances 0, 1, ... */
     int half_width;
 };
 
-/* Along x: the row and its ends go to a wider one, whose shifted copies are added up. */
+/* Smooths along x: copies the row with extended ends to a wider one, whose shifted copies are summed. */
 static void smooth_row(const struct kernel *kernel, int n, size_t channels, const float *in, float *out, float *wide)
 {
     const size_t count = (size_t)n * channels;
@@ -74,7 +74,7 @@ static void smooth_row(const struct kernel *kernel, int n, size_t channels, cons
     }
 }
 
-/* Along y (axis 1) or z (axis 2): whole rows are added up. */
+/* Smooths along y (axis 1) or z (axis 2) by summing whole rows. */
 static void smooth_across(const struct kernel *kernel, const int dims[3], int axis, size_t row, const float *in, float *out)
 {
     const size_t slice = row * (size_t)dims[1], stride = axis == 1 ? row : slice;
@@ -119,7 +119,7 @@ bool vgrid_smooth(const int dims[3], int channels, float sigma, float *data, flo
         return true;
     }
     float *weights = malloc((size_t)(half_width + 1) * sizeof *weights);
-    float *wide = malloc(wide_size * (size_t)dims[2] * sizeof *wide); /* a row for every slice, so for every thread */
+    float *wide = malloc(wide_size * (size_t)dims[2] * sizeof *wide); /* a row for each slice, so for each thread */
     if (weights && wide) {
         for (int d = 0; d <= half_width; ++d) {
             weights[d] = expf(-0.5f * (float)(d * d) / (sigma * sigma));
@@ -142,7 +142,7 @@ bool vgrid_smooth(const int dims[3], int channels, float sigma, float *data, flo
 
 /* ---- maps ---- */
 
-/* The place x + s u(x) of voxel (i,j,k). */
+/* Computes x + s u(x) at voxel (i,j,k). */
 static inline void target(const float *u, float s, int i, int j, int k, float x[3])
 {
     x[0] = (float)i + s * u[0];
@@ -168,7 +168,7 @@ void vgrid_warp(const int dims[3], const float *values, const float *u, float *o
     }
 }
 
-/* out(x) = a * first(x) + b * after(x + s first(x)) */
+/* Computes out(x) = a * first(x) + b * after(x + s first(x)). */
 static void blend(const int dims[3], float a, const float *first, float b, const float *after, float s, float *out)
 {
     const size_t slice = (size_t)dims[0] * (size_t)dims[1];

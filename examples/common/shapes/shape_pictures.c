@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The sum of all triangles' normals times their areas over that of the areas: nothing where the surface is closed. */
+/* Computes the sum of the triangles' area-weighted normals over their total area: zero for a closed surface. */
 static void mean_normal(const struct shape_mesh *mesh, float mean[3])
 {
     float area = 0.0f;
@@ -48,7 +48,7 @@ struct shape_view shape_view_make(const struct shape_mesh *mesh, int width, int 
         return view;
     }
     mean_normal(mesh, outward);
-    for (int k = 0; k < 3; ++k) { /* thinnest first; the larger component positive, so that a sign does not turn the picture */
+    for (int k = 0; k < 3; ++k) { /* thinnest first; with a definite sign, so that pictures are not turned */
         int largest = 0;
         for (int r = 0; r < 3; ++r) {
             axis[k][r] = (float)spread[3 * r + k];
@@ -63,7 +63,7 @@ struct shape_view shape_view_make(const struct shape_mesh *mesh, int width, int 
     vec3_add_scaled(direction, 0.35f, axis[1], direction);
     vec3_add_scaled(direction, 0.25f, axis[2], direction);
     view.camera = raycast_frame_points(shape, (size_t)vertices, direction, axis[1], 24.0f, (float)width / (float)height);
-    view.camera.field_of_view *= 1.12f; /* the others are a little larger */
+    view.camera.field_of_view *= 1.12f; /* other shapes are a little larger */
     return view;
 }
 

@@ -1,27 +1,27 @@
-/* shape_pictures.h - pictures of shapes in correspondence, all seen by one camera. */
+/* shape_pictures.h - pictures of shapes in correspondence, all with the same camera. */
 #ifndef EXAMPLES_SHAPES_SHAPE_PICTURES_H
 #define EXAMPLES_SHAPES_SHAPE_PICTURES_H
 
 #include "pictures/raycast.h"
 #include "shapes/shapes.h"
 
-/* One look for all: across the widest extent of a shape, a little from above and from the side; open ones from outside. */
+/* A common view: across the widest extent of a shape, a little from above and from the side; open shapes from outside. */
 struct shape_view {
     struct raycast_camera camera;
-    int width, height; /* of one picture */
+    int width, height; /* of one picture, pixels */
 };
 
 struct shape_view shape_view_make(const struct shape_mesh *mesh, int width, int height);
 
-/* Colours a vertex; 3 floats each. */
+/* Compute colors, 3 floats a vertex. */
 void colors_by_offset(const struct shape_mesh *from, const float *to, float full, float *colors); /* outward red, inward blue */
 void colors_by_region(const int *regions, int vertices, float *colors);
 
-/* colors NULL and originals NULL: grey. */
+/* Draws a shape, gray when colors and originals are NULL. */
 bool shape_picture(const struct shape_mesh *mesh, const float *shape, const float *colors, const float *originals,
                    const struct shape_view *view, struct image *picture);
 
-/* Writes the pictures as one and frees them; returns false if that fails. */
+/* Writes the pictures as one file and frees them; returns false if that fails. */
 bool pictures_write(struct image *pictures, const char *const *captions, int count, int columns, const char *path);
 
 #endif

@@ -116,7 +116,7 @@ bool similarity_fit(const float *from, const float *to, const double *weights, s
         LAPACKE_dgesvd(LAPACK_ROW_MAJOR, 'A', 'A', 3, 3, cross, 3, singular, u, 3, vt, 3, rest) != 0) {
         return false;
     }
-    const double sign[3] = {1.0, 1.0, determinant(u) * determinant(vt) < 0.0 ? -1.0 : 1.0}; /* no mirror images */
+    const double sign[3] = {1.0, 1.0, determinant(u) * determinant(vt) < 0.0 ? -1.0 : 1.0}; /* exclude reflections */
     double sum = 0.0;
     for (int r = 0; r < 3; ++r) {
         sum += sign[r] * singular[r];
@@ -185,7 +185,7 @@ bool shapes_align(float *const *shapes, int count, size_t vertices, bool scaling
         }
         memcpy(before, mean, 3 * vertices * sizeof *before);
         mean_shape(shapes, count, vertices, mean);
-        /* The mean stays where the first shape was, in the mean size: else it would drift and shrink. */
+        /* Fix position and size of the mean, which would drift and shrink: those of the first shape, and the mean size. */
         good = good && similarity_fit(mean, first, NULL, vertices, false, &fit);
         shape_size(mean, vertices, center, &radius);
         struct similarity grow = similarity_identity();
@@ -220,7 +220,7 @@ double shapes_distance(const float *a, const float *b, size_t vertices)
 
 /* ---- principal modes ---- */
 
-/* Of the shapes' differences from the mean: row-major count x count. */
+/* Computes the Gram matrix of the shapes' differences from the mean, row-major count x count. */
 static void gram_matrix(float *const *shapes, int count, size_t vertices, const float *mean, double *gram)
 {
     for (int a = 0; a < count; ++a) {
@@ -234,7 +234,7 @@ static void gram_matrix(float *const *shapes, int count, size_t vertices, const 
     }
 }
 
-/* Mode = sum over shapes of coefficient * difference, scaled to length 1. */
+/* Computes a mode as the sum over shapes of coefficient * difference, scaled to length 1. */
 static void make_mode(float *const *shapes, int count, size_t vertices, const float *mean, const double *coefficients,
                       size_t stride, double eigenvalue, float *mode)
 {
@@ -262,7 +262,7 @@ bool shape_model_build(float *const *shapes, int count, size_t vertices, int max
         gram_matrix(shapes, count, vertices, model->mean, gram);
         good = LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', (lapack_int)n, gram, (lapack_int)n, eigenvalues) == 0;
     }
-    for (size_t m = 0; good && m < maximum; ++m) { /* eigenvalues rise; rounding leaves some 1e-7 of float coordinates */
+    for (size_t m = 0; good && m < maximum; ++m) { /* eigenvalues ascend; rounding leaves about 1e-7 of float coordinates */
         const size_t last = n - 1 - m;
         if (!(eigenvalues[last] > 1e-10 * eigenvalues[n - 1]) || !(eigenvalues[last] > 0.0)) {
             break;
@@ -313,7 +313,7 @@ void shape_model_weights(const struct shape_model *model, const float *shape, in
 
 /* ---- curves ---- */
 
-/* A normal deviate from a linear congruential generator: the sum of twelve uniform ones less six. */
+/* Returns a normal deviate: the sum of twelve uniform ones of a linear congruential generator, minus six. */
 static double normal_deviate(uint64_t *state)
 {
     double sum = -6.0;

@@ -8,11 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The kernel, in sizes of the template (root mean square distance of its surface from its middle): two scales, so that
- * long and short displacements are both probable. Noise: how near a place of the target has to be met. */
+/* Lengths and deviation of the two kernels in sizes of the template (root mean square distance of its surface from its
+ * center): two scales make long and short displacements probable. noise: deviation of a center from its place on the target. */
 static const double kernel_length[2] = {0.6, 0.3}, kernel_deviation = 0.07, noise = 0.02;
-/* Along the target's surface the present place counts this much: it keeps a step from sliding far, and in the end, when
- * steps are small, says nothing. */
+/* Weight of a center's present place along the target's surface: it limits how far a step slides, and vanishes as the steps
+ * become small. */
 static const double slide = 0.05;
 
 /* ---- targets ---- */
@@ -75,7 +75,7 @@ static bool find_rims(struct target *target)
     return true;
 }
 
-/* Middle and size by area: they do not depend on how the surface is cut into triangles. */
+/* Computes center and size by area, so that they do not depend on the triangulation. */
 static bool measure(struct target *target)
 {
     double area = 0.0, square = 0.0;
@@ -155,7 +155,7 @@ void target_nearest(const struct target *target, const struct similarity *pose, 
     mesh_barycentric(p + 3 * corner[0], p + 3 * corner[1], p + 3 * corner[2], place, weight);
     hit->on_rim = false;
     hit->vertex = (uint32_t)corner[weight[1] > weight[0] ? (weight[2] > weight[1] ? 2 : 1) : weight[2] > weight[0] ? 2 : 0];
-    for (int k = 0; k < 3; ++k) { /* edge k lies opposite corner k + 2 */
+    for (int k = 0; k < 3; ++k) { /* edge k is opposite corner k + 2 */
         vec3_add_scaled(normal, weight[k], target->normals + 3 * corner[k], normal);
         hit->on_rim = hit->on_rim || ((target->rim[triangle] >> k & 1) && weight[(k + 2) % 3] < 1e-3f);
     }
@@ -197,7 +197,7 @@ int points_spread(const float *points, int count, int wanted, int *chosen)
 
 /* ---- warps ---- */
 
-/* Of the squared distance; slope: its derivative by the squared distance. */
+/* Evaluates the kernel at a squared distance; slope: its derivative by the squared distance. */
 static double kernel(const struct warp *warp, double distance2, double *slope)
 {
     double sum = 0.0, change = 0.0;
@@ -314,7 +314,7 @@ bool warp_solve(struct warp *warp, const struct warp_constraint *constraints)
     if (!matrix) {
         return false;
     }
-    /* (K + covariance) weights = wanted displacements; its lower half. */
+    /* Build the lower half of (K + covariance) weights = wanted displacements. */
     for (int a = 0; a < warp->count; ++a) {
         for (int r = 0; r < 3; ++r) {
             double *row = matrix + (size_t)(3 * a + r) * (size_t)n;
@@ -332,8 +332,8 @@ bool warp_solve(struct warp *warp, const struct warp_constraint *constraints)
     return good;
 }
 
-static struct warp_constraint follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
-                                       const float at[3], const float normal[3])
+static struct warp_constraint follow_surface(const struct warp *warp, int a, const struct target *target,
+                                             const struct similarity *pose, const float at[3], const float normal[3])
 {
     const double sigma = noise * warp->size, loose = 1e3 * sigma;
     struct target_hit hit;
@@ -349,7 +349,8 @@ static struct warp_constraint follow_surface(const struct warp *warp, int a, con
     return known ? warp_constraint_along(displacement, hit.normal, sigma) : isotropic_constraint(displacement, loose);
 }
 
-static struct warp_constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back, const float landmark[3])
+static struct warp_constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back,
+                                              const float landmark[3])
 {
     double displacement[3];
     float to[3];
@@ -383,7 +384,7 @@ double warp_cost(const struct warp *warp, const struct target *target, const str
         struct target_hit hit;
         float at[3];
         warp_apply(warp, warp->centers + 3 * a, at, NULL);
-        for (int k = 0; k < 3; ++k) { /* weights^T K weights: u at the centre is K weights */
+        for (int k = 0; k < 3; ++k) { /* weights^T K weights, where K weights is u at the centers */
             cost += warp->weights[3 * a + k] * ((double)at[k] - (double)warp->centers[3 * a + k]);
         }
         if (a >= warp->count - warp->pinned) {
@@ -399,7 +400,7 @@ double warp_cost(const struct warp *warp, const struct target *target, const str
 
 enum { ICP_POINTS = 100, ICP_STEPS = 15, ORIENTATIONS = 200, TRIES = 24, WARP_POINTS = 100, WARP_STEPS = 8, WARP_ROUNDS = 3 };
 
-/* Iterated closest points; the size is kept until `scaling`. Returns the root mean square distance. */
+/* Runs iterated closest points; keeps the size unless `scaling`. Returns the root mean square distance. */
 static double icp(const struct target *target, const float *points, int count, bool scaling, int steps, struct similarity *pose)
 {
     float places[3 * ICP_POINTS];
@@ -420,7 +421,7 @@ static double icp(const struct target *target, const float *points, int count, b
         if (step == steps || !similarity_fit(points, places, weights, (size_t)count, true, &better)) {
             break;
         }
-        if (!scaling) { /* about the same middle */
+        if (!scaling) { /* rotate about the common center */
             similarity_fit(points, places, weights, (size_t)count, false, &better);
             const double scale = pose->scale;
             double center[3] = {0.0, 0.0, 0.0}, total = 0.0;
@@ -442,7 +443,7 @@ static double icp(const struct target *target, const float *points, int count, b
     return sum;
 }
 
-/* Middle on middle, the same size, with a given rotation. */
+/* Places the template center on center in the same size, with a given rotation. */
 static void place(const struct target *target, const double center[3], double size, struct similarity *pose)
 {
     pose->scale = target->radius / size;
@@ -454,7 +455,7 @@ static void place(const struct target *target, const double center[3], double si
     }
 }
 
-/* Three additive recurrences (Roberts 2018) make Shoemake's random quaternion (1992). */
+/* Makes Shoemake's random quaternions (1992) from three additive recurrences (Roberts 2018). */
 void rotation_number(int i, double rotation[3][3])
 {
     const double g = 1.2207440846057596, turn = 6.283185307179586;
@@ -477,7 +478,7 @@ static int compare_attempts(const void *left, const void *right)
     return a->distance < b->distance ? -1 : a->distance > b->distance;
 }
 
-/* Pose and warp in turn: what the warp holds of a similarity goes into the pose. */
+/* Alternates between pose and warp: the similarity part of the warp moves into the pose. */
 static bool refine(const struct target *target, const struct fit_source *source, const float *landmarks, struct similarity *pose,
                    double *cost)
 {
@@ -509,7 +510,7 @@ static bool refine(const struct target *target, const struct fit_source *source,
     return good;
 }
 
-/* Different attempts first in `attempts`, the nearest ones first; returns how many. */
+/* Moves different attempts to the front of `attempts`, the nearest first; returns how many. */
 static int keep_different(struct attempt *attempts, int count, int maximum)
 {
     const double min_angle = 0.2; /* radians */
@@ -527,7 +528,7 @@ static int keep_different(struct attempt *attempts, int count, int maximum)
     return kept;
 }
 
-/* Where to begin: the landmarks' own pose, or middle on middle in the same size with `tries` rotations. */
+/* Makes the first poses: the landmarks' own, or center on center in the same size with `tries` rotations. */
 static int first_attempts(const struct target *target, const struct fit_source *few, enum orientation orientation,
                           const float *landmarks, const double center[3], struct attempt *attempts) {
     if (orientation == ORIENTATION_MARKED) {

@@ -1,7 +1,7 @@
 /* surface_fit.h - laying one surface on another: nearest places, rigid alignment with scale, smooth deformation.
  *
- * A `target` is a triangle mesh that answers where its nearest place is. A `pose` takes the template's coordinates to the
- * target's; places and distances are told in the template's coordinates. */
+ * A `target` is a triangle mesh with a search for nearest places. A `pose` maps the template's coordinates to the target's;
+ * places and distances are returned in the template's coordinates. */
 #ifndef EXAMPLES_SHAPES_SURFACE_FIT_H
 #define EXAMPLES_SHAPES_SURFACE_FIT_H
 
@@ -13,36 +13,36 @@ struct target {
     const int *triangles;
     size_t vertex_count, triangle_count;
     float *normals;         /* 3 a vertex, weighted by area */
-    unsigned char *rim;     /* 1 a triangle: bit k, no other triangle has the edge from corner k to the next one */
-    bool open;              /* some edge belongs to one triangle only */
+    unsigned char *rim;     /* 1 a triangle: bit k is set if no other triangle has the edge from corner k to the next one */
+    bool open;              /* at least one edge belongs to one triangle only */
     struct bvh bvh;
-    double center[3], radius; /* of the surface: area-weighted middle, root mean square distance from it */
+    double center[3], radius; /* of the surface: area-weighted center, root mean square distance from it */
 };
 
 struct target_hit {
     float place[3], normal[3];
     float signed_distance; /* negative inside */
-    uint32_t vertex;       /* of the target, the nearest of the triangle's corners */
-    bool on_rim;           /* the nearest place lies on the edge of an open surface: what is there is unknown */
+    uint32_t vertex;       /* of the target, the nearest corner of the triangle */
+    bool on_rim;           /* the nearest place is on the edge of an open surface, beyond which nothing is known */
 };
 
-/* False: memory is short, or no triangle has an area. */
+/* Builds a target. Returns false if memory is short or no triangle has an area. */
 bool target_create(const float *positions, size_t vertex_count, const int *triangles, size_t triangle_count,
                    struct target *target);
 void target_free(struct target *target);
 void target_nearest(const struct target *target, const struct similarity *pose, const float point[3], struct target_hit *hit);
 
-/* Vertex normals of length 1, weighted by area. */
+/* Computes unit vertex normals, weighted by area. */
 void mesh_normals(const float *positions, size_t vertex_count, const int *triangles, size_t triangle_count, float *normals);
 
-/* Of a place in the plane of a triangle: weights of its corners. */
+/* Computes the barycentric weights of a place in the plane of a triangle. */
 void mesh_barycentric(const float *a, const float *b, const float *c, const float *place, float weight[3]);
 
-/* `wanted` of the points, spread evenly: each the furthest from those before. Returns how many. */
+/* Chooses up to `wanted` of the points evenly, each the farthest from those before. Returns how many. */
 int points_spread(const float *points, int count, int wanted, int *chosen);
 
-/* Smooth displacements: u(x) = sum over centres of kernel(|x - c|) weight, of two Gaussian kernels (surface_fit.c). As a
- * Gaussian process (Luethi et al. 2018) it says beforehand: displacements of some size, alike where they are near. */
+/* A smooth displacement u(x) = sum over centers of kernel(|x - c|) weight, with two Gaussian kernels (surface_fit.c). As a
+ * Gaussian process (Luethi et al. 2018) it expects displacements of a certain size that are similar at near places. */
 struct warp {
     int count, pinned; /* the last `pinned` centres are landmarks */
     float *centers;    /* 3 each, template coordinates */
@@ -50,36 +50,36 @@ struct warp {
     double size;     /* of the template: shape_size */
 };
 
-/* No displacement yet. landmarks (3 floats each) become the last centres. */
+/* Makes a zero displacement. landmarks (3 floats each) become the last centers. */
 bool warp_create(const float *centers, int count, const float *landmarks, int landmark_count, double size, struct warp *warp);
 void warp_free(struct warp *warp);
-bool warp_copy(const struct warp *from, struct warp *to); /* weights only: same centres */
+bool warp_copy(const struct warp *from, struct warp *to); /* copies the weights, for the same centers */
 
-/* x + u(x), and its derivative (NULL: not wanted), row-major. */
+/* Computes x + u(x) and its row-major derivative (or NULL). */
 void warp_apply(const struct warp *warp, const float point[3], float place[3], float derivative[9]);
 
-/* One step of the fit: with the centres now at `now` (3 each, landmarks not among them), the most probable displacement
- * that brings each near its nearest place on the target, along the target's normal only: where it slides along the surface
- * is left to smoothness, and to landmarks, which have their places on the target (its coordinates) given.
- * Nearest places on a rim, and those that face away from `normals`, say nothing. False: LAPACK refuses, or memory. */
+/* Fits one step: with the centers now at `now` (3 each, without landmarks), finds the most probable displacement that brings
+ * each near its nearest place on the target along the target's normal; motion along the surface is determined by smoothness,
+ * and by landmarks, whose places on the target (in its coordinates) are given. Ignores nearest places on a rim and those that
+ * face away from `normals`. Returns false if LAPACK fails or memory is short. */
 bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
               const float *normals, const float *landmarks);
 
-/* What a centre is wanted to do: its displacement from the template, and the covariance of that. */
+/* A measured displacement of a center from the template, and its covariance. */
 struct warp_constraint {
     double displacement[3], covariance[3][3];
 };
 
-/* A wish that counts along `normal` with deviation `sigma`, and little across it. */
+/* Makes a constraint with deviation `sigma` along `normal` and a weak one across it. */
 struct warp_constraint warp_constraint_along(const double displacement[3], const float normal[3], double sigma);
 
-/* The most probable displacement after one wish a centre. False: LAPACK refuses, or memory. */
+/* Finds the most probable displacement under one constraint a center. Returns false if LAPACK fails or memory is short. */
 bool warp_solve(struct warp *warp, const struct warp_constraint *constraints);
 
-/* How improbable the displacement is, and what is left of the distances: the smaller the better. */
+/* Returns the cost of a fit: how improbable the displacement is, and the remaining distances. */
 double warp_cost(const struct warp *warp, const struct target *target, const struct similarity *pose);
 
-/* What is to be laid on targets: points of a template's surface with their normals, and landmarks. */
+/* The template as it is laid on targets: points of its surface with normals, and landmarks. */
 struct fit_source {
     const float *points, *normals, *landmarks;
     int count, landmark_count;
@@ -87,15 +87,15 @@ struct fit_source {
 };
 
 enum orientation {
-    ORIENTATION_KNOWN,  /* the axes of both mean the same */
-    ORIENTATION_SEARCH, /* nothing is known: all are tried, the best taken by the cost of the warps that they need */
-    ORIENTATION_MARKED  /* by landmarks: three or more, not in a line */
+    ORIENTATION_KNOWN,  /* the axes of both have the same meaning */
+    ORIENTATION_SEARCH, /* unknown: rotations are tried, and the one with the lowest cost of its warp is chosen */
+    ORIENTATION_MARKED  /* by landmarks: three or more that are not collinear */
 };
 
-/* The i-th of many rotations that are spread evenly, whatever their number. */
+/* Returns the i-th of a sequence of rotations that is evenly spread for every length. */
 void rotation_number(int i, double rotation[3][3]);
 
-/* The pose of the template on the target. landmarks: on the target, as many as the cast has. */
+/* Finds the pose of the template on the target. landmarks: on the target, as many as the source has. */
 bool surface_register(const struct target *target, const struct fit_source *source, enum orientation orientation,
                       const float *landmarks, struct similarity *pose, double *cost);
 

@@ -37,7 +37,8 @@ struct benchmark_options benchmark_defaults(void)
 void benchmark_option_table(struct benchmark_options *o, struct cli_option *table)
 {
     const struct cli_option all[BENCHMARK_OPTION_COUNT] = {
-        {"steps", CLI_INT, &o->steps, "K", "time steps (0: as the paper, with --params paper; else two voxels a step at most)", 0.0, 10000000.0, NULL},
+        {"steps", CLI_INT, &o->steps, "K",
+         "time steps (0: as the paper, with --params paper; else two voxels a step at most)", 0.0, 10000000.0, NULL},
         {"set", CLI_STRING, &o->set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
         {"topology", CLI_CHOICE, &o->topology, NULL, "may the level set change its topology?", 0.0, 0.0, "free|preserved"},
         {"every-step", CLI_FLAG, &o->every_step, NULL, "count components and the Euler number after every step", 0.0, 0.0, NULL},
@@ -103,7 +104,7 @@ static int open_series(struct run *run)
 static int minimum(int a, int b) { return a < b ? a : b; }
 static int maximum(int a, int b) { return a > b ? a : b; }
 
-/* What --every-step and --series want after a step. */
+/* Writes what --every-step and --series report after a step. */
 static bool report_step(struct run *run, int step, double seconds)
 {
     struct benchmark_result *r = &run->result;
@@ -130,7 +131,7 @@ static bool report_step(struct run *run, int step, double seconds)
     return true;
 }
 
-/* A picture is due at every (frames - 1)-th part of the run. */
+/* Takes a picture at every (frames - 1)-th part of the run. */
 static bool report_frame(struct run *run, double share)
 {
     const int wanted = run->options->frames, k = run->frames_taken;
@@ -148,14 +149,14 @@ static bool report_frame(struct run *run, double share)
     return model_frame_take(run->ctx, caption, &run->frames[k]);
 }
 
-/* The run is done in this many calls: one a step, or parts of it in which the library chooses its steps. */
+/* Returns the number of calls of a run: one a step, or fixed parts in which the library chooses its steps. */
 static int calls_of(const struct benchmark *b)
 {
     enum { PARTS = 24 };
     return b->steps > 0 ? b->steps : PARTS;
 }
 
-/* What the device has done between two counts. */
+/* Adds the device's work between two counts. */
 static void count_work(struct benchmark_result *result, springls_cl_counts before, springls_cl_counts after)
 {
     result->kernels_per_step += (double)(after.kernels - before.kernels);
@@ -260,7 +261,7 @@ static int write_pictures(const struct run *run)
     if (!model_film_write(run->frames, run->frames_taken, &view, path)) {
         return cli_fail(b->name, CLI_EXIT_FAILURE, "cannot write %s", path);
     }
-    /* the first and the last frame alone, large */
+    /* Write the first and the last frame alone, larger. */
     const struct model_frame ends[2] = {run->frames[0], run->frames[run->frames_taken - 1]};
     view.width = view.height = 640;
     snprintf(name, sizeof name, "%s_start_end.png", b->name);

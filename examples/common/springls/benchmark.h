@@ -1,9 +1,9 @@
-/* benchmark.h - moves a shape through a flow whose answer is known and measures how far springls are from it.
+/* benchmark.h - moves a shape through a flow with a known answer and measures the errors of springls.
  *
- * Everything is in voxels: the model's world is its grid. What is measured, over all springls at the end (t = T):
- *   deformation  |phi_exact(p)|                      how far particles are from the exact surface
- *   tracking     |p - a|                             how far particles are from where they started (the flow ends there)
- *   halfway      |flow(a, 0 -> T/2) - p| at t = T/2  tracking without the credit that reversing time gives
+ * Lengths are in voxels: the model's world is its grid. Measured over all springls at the end (t = T):
+ *   deformation  |phi_exact(p)|                      distance of particles from the exact surface
+ *   tracking     |p - a|                             distance of particles from their start, where the flow ends
+ *   halfway      |flow(a, 0 -> T/2) - p| at t = T/2  tracking without the advantage of reversed time
  *   surface      |phi_exact(v)| over the vertices of the zero level
  *   volume       enclosed by the zero level (divergence theorem): change = against t = 0, error = against the exact shape */
 #ifndef EXAMPLES_SPRINGLS_BENCHMARK_H
@@ -13,7 +13,7 @@
 #include "springls.h"
 #include "springls/model_pictures.h"
 
-/* What the paper reports for a setting; texts for the table, NULL where it says nothing. */
+/* The paper's figures for a setting: texts for the table, NULL where it has none. */
 struct benchmark_published {
     int grid;
     double period;
@@ -22,18 +22,18 @@ struct benchmark_published {
 
 struct benchmark {
     const char *name, *title;
-    int grid, steps; /* 0 steps: as many as two voxels a step make */
+    int grid, steps; /* 0 steps: the library's, of two voxels */
     double period, duration; /* of the flow; of the whole run, in the flow's time */
-    bool reverses;           /* time turns back at T/2; else the body goes round */
+    bool reverses;           /* time reverses at T/2; else the body rotates */
     springls_implicit_fn shape;
     void *shape_data;
     double shape_volume;
     springls_velocity_fn velocity;
     void *flow;
-    /* The same velocity in double precision; time_factor is what depends on time alone. */
+    /* Computes the same velocity in double precision; time_factor is the part that depends on time. */
     void (*exact_velocity)(const void *flow, const double x[3], double time_factor, double v[3]);
     double (*exact_time_factor)(const void *flow, double time);
-    float view[3], up[3]; /* pictures: from the object to the eye; the direction upwards */
+    float view[3], up[3]; /* of pictures: from the object to the eye; the direction upwards */
     const struct benchmark_published *published;
     int published_count;
 };
@@ -48,11 +48,11 @@ struct benchmark_options {
 enum { BENCHMARK_OPTION_COUNT = 6 };
 
 struct benchmark_options benchmark_defaults(void);
-/* Fills the first BENCHMARK_OPTION_COUNT entries of a program's table. */
+/* Fills the first BENCHMARK_OPTION_COUNT entries of a program's options. */
 void benchmark_option_table(struct benchmark_options *options, struct cli_option *table);
 
 struct benchmark_error {
-    double mean, std, q99, max; /* q99: of 99 in 100 */
+    double mean, std, q99, max; /* q99: the 99th percentile */
 };
 
 struct benchmark_result {
@@ -66,20 +66,20 @@ struct benchmark_result {
     size_t model_bytes;
     uint64_t state_hash;
     char backend[256]; /* "scalar", or the device's name */
-    double kernels_per_step, downloads_per_step, bytes_down_per_step; /* of the device, measuring left out */
+    double kernels_per_step, downloads_per_step, bytes_down_per_step; /* on the device, without measuring */
     springls_stats stats;
 };
 
-/* Everything between the command line and the exit status. */
+/* Runs the benchmark; returns the exit status. */
 int benchmark_main(const struct benchmark *benchmark, const struct benchmark_options *options);
 
-/* ---- pieces ---- */
+/* ---- building blocks ---- */
 struct benchmark_error benchmark_summary(double *values, int count); /* sorts them; NAN when there are none */
-/* Points, 3 numbers each, moved by the exact flow from time 0 to `time`. */
+/* Moves points, 3 numbers each, by the exact flow from time 0 to `time`. */
 void benchmark_flow(const struct benchmark *benchmark, double time, double *points, int count);
 struct benchmark_error benchmark_deformation(const struct benchmark *benchmark, springls_view particles);
 struct benchmark_error benchmark_tracking(springls_view particles, springls_view correspondences);
-/* Correspondences carried by the exact flow to `time`, against the particles. */
+/* Compares correspondences, moved by the exact flow to `time`, with the particles. */
 struct benchmark_error benchmark_flow_error(const struct benchmark *benchmark, double time, springls_view particles,
                                             springls_view correspondences);
 

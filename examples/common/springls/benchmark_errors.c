@@ -1,4 +1,4 @@
-/* benchmark_errors.c - the error measures of benchmark.h. */
+/* benchmark_errors.c - error measures. */
 #include "springls/benchmark.h"
 
 #include <math.h>
@@ -29,7 +29,7 @@ struct benchmark_error benchmark_summary(double *values, int count)
     return e;
 }
 
-/* Of `count` values, which it frees; NULL: there was no memory for them. */
+/* Summarizes `count` values and frees them; NULL, for memory that was short, gives NAN. */
 static struct benchmark_error summary_of(double *values, int count)
 {
     const struct benchmark_error e = benchmark_summary(values, values ? count : 0);
@@ -74,7 +74,7 @@ struct benchmark_error benchmark_tracking(springls_view particles, springls_view
     return summary_of(errors, particles.count);
 }
 
-/* x moved by one classical Runge-Kutta step; factors at the begin, the middle and the end of the step. */
+/* Moves x by one classical Runge-Kutta step; factors at the beginning, the middle and the end of the step. */
 static void exact_step(const struct benchmark *b, const double factors[3], double h, double x[3])
 {
     double k[4][3], y[3];
@@ -93,7 +93,7 @@ static void exact_step(const struct benchmark *b, const double factors[3], doubl
 
 void benchmark_flow(const struct benchmark *b, double time, double *points, int count)
 {
-    enum { STEPS = 256 }; /* leaves less than 1/1000 voxel */
+    enum { STEPS = 256 }; /* error below 1/1000 voxel */
     double factors[2 * STEPS + 1];
     for (int k = 0; k <= 2 * STEPS; ++k) {
         factors[k] = b->exact_time_factor(b->flow, time * k / (2 * STEPS));

@@ -1,4 +1,4 @@
-/* benchmark_report.c - JSON and the table beside the paper's figures. */
+/* benchmark_report.c - JSON output, and the table with the paper's figures. */
 #include "springls/benchmark.h"
 
 #include "base/json.h"
@@ -94,7 +94,7 @@ bool benchmark_write_json(const struct benchmark *b, const struct benchmark_opti
     return json_close(&json);
 }
 
-/* The paper's row for this period and grid, else for the nearest of both. */
+/* Finds the paper's row for this period and grid, else the nearest of both. */
 static const struct benchmark_published *published(const struct benchmark *b)
 {
     const struct benchmark_published *best = NULL;
@@ -146,8 +146,9 @@ static void print_paper(const struct benchmark *b)
 
 void benchmark_print_table(const struct benchmark *b, const struct benchmark_options *o, const struct benchmark_result *r)
 {
-    printf("%s, grid %d^3, %d steps, %s parameters%s%s, %s, %d thread%s; errors in voxels, mean +- deviation\n", b->title, b->grid,
-           r->steps, o->common.params, o->set ? " with " : "", o->set ? o->set : "", r->backend, r->threads, r->threads == 1 ? "" : "s");
+    printf("%s, grid %d^3, %d steps, %s parameters%s%s, %s, %d thread%s; errors in voxels, mean +- deviation\n", b->title,
+           b->grid, r->steps, o->common.params, o->set ? " with " : "", o->set ? o->set : "", r->backend, r->threads,
+           r->threads == 1 ? "" : "s");
     printf(ROW, "", "springls", "deformation", "tracking", "at half time", "surface", "volume", "time");
     print_ours(b, r);
     print_paper(b);

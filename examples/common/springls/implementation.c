@@ -1,3 +1,3 @@
-/* implementation.c - the one source file of the example programs that holds the library's code. */
+/* implementation.c - the library's code, compiled once for all example programs. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls_cl.h"

@@ -75,13 +75,13 @@ static bool render_surface(const springls_mesh *mesh, const struct raycast_camer
     return rendered;
 }
 
-/* Triangles with colours for the springl style. */
+/* Triangles with colors for the springl style. */
 struct patchwork {
     float *positions, *colors; /* 9 and 3 floats a triangle */
     size_t count, edged;
 };
 
-/* The springls whose outer side is seen: the inner sides of the far ones would only clutter the gaps. */
+/* Adds springls whose outer side faces the eye: the inner sides of the far ones would clutter the gaps. */
 static void add_springls(struct patchwork *work, const springls_mesh *soup, const float eye[3], struct pattern *pattern,
                          struct color plain)
 {
@@ -99,7 +99,7 @@ static void add_springls(struct patchwork *work, const springls_mesh *soup, cons
     work->edged = work->count;
 }
 
-/* The zero level, sunk by `depth` below the springls. */
+/* Adds the zero level, moved inward by `depth` below the springls. */
 static void add_surface(struct patchwork *work, const springls_mesh *surface, float depth, struct color color)
 {
     const float rgb[3] = {color.r, color.g, color.b};
@@ -158,7 +158,7 @@ static void frame_center(const struct model_frame *frame, float center[3])
     }
 }
 
-/* The vertices of all frames, each about its own centre when the camera follows. */
+/* Collects the vertices of all frames, relative to their own center when the camera follows. */
 static float *film_points(const struct model_frame *frames, int count, bool follow, size_t *points)
 {
     size_t vertices = 0;
@@ -179,7 +179,7 @@ static float *film_points(const struct model_frame *frames, int count, bool foll
     return all;
 }
 
-/* One camera for all frames; false when there is nothing to see. */
+/* Computes one camera for all frames; returns false when there is nothing to draw. */
 static bool film_camera(const struct model_frame *frames, int count, const struct model_view *view,
                         struct raycast_camera *camera)
 {
@@ -241,7 +241,7 @@ bool model_film_write(const struct model_frame *frames, int count, const struct 
     return good;
 }
 
-/* The point of the surface nearest to the eye where the surface faces it. */
+/* Finds the point nearest to the eye where the surface faces it. */
 static const float *foremost(const springls_mesh *surface, const float eye[3])
 {
     const float *best = surface->positions;
@@ -258,7 +258,7 @@ static const float *foremost(const springls_mesh *surface, const float eye[3])
     return best;
 }
 
-/* A square around a point, as large as what a camera with `zoom` sees of it. */
+/* Draws a square around a point, as large as the view of a camera with `zoom`. */
 static void mark_square(const struct raycast_camera *camera, const float point[3], float zoom, struct image *picture)
 {
     const float width = (float)picture->width, height = (float)picture->height;

@@ -25,21 +25,18 @@ struct member {
 #define INTEGER(name) {#name, offsetof(springls_params, name), false}
 
 static const struct member members[] = {
-    REAL(d_max),             REAL(particle_radius),    REAL(neighbor_radius),
-    INTEGER(max_neighbors),    INTEGER(relax_iterations),  INTEGER(threshold),
-    INTEGER(weight),           INTEGER(torque),            REAL(sharpness),
-    REAL(kappa_int),         REAL(kappa_ext),          REAL(relax_step_length),
-    REAL(relax_step_rotation), INTEGER(relax_same_side), REAL(contract_distance),
-    REAL(min_angle),         REAL(max_angle),          REAL(min_area),
-    INTEGER(reshape),          REAL(merge_distance),     INTEGER(resample_period),
-    INTEGER(resample_last),    REAL(split_edge),         REAL(split_area),
-    INTEGER(placement),        REAL(band_half_width),    REAL(capture_range),
-    INTEGER(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
-    REAL(curvature),         INTEGER(carry_level_set),   INTEGER(project_level_set), INTEGER(nucleate),
-    INTEGER(keep_thin),        INTEGER(keep_edges),        INTEGER(fill_from_springls), INTEGER(topology),
-    REAL(nearest_rule),      INTEGER(track_iterations),  REAL(track_step),
-    INTEGER(vertex_velocity),  INTEGER(half_time_sampling), INTEGER(initial_stride),
-    INTEGER(project_initial),   INTEGER(volume_lock),
+    REAL(d_max),                   REAL(particle_radius),         REAL(neighbor_radius),         INTEGER(max_neighbors),
+    INTEGER(relax_iterations),     INTEGER(threshold),            INTEGER(weight),               INTEGER(torque),
+    REAL(sharpness),               REAL(kappa_int),               REAL(kappa_ext),               REAL(relax_step_length),
+    REAL(relax_step_rotation),     INTEGER(relax_same_side),      REAL(contract_distance),       REAL(min_angle),
+    REAL(max_angle),               REAL(min_area),                INTEGER(reshape),              REAL(merge_distance),
+    INTEGER(resample_period),      INTEGER(resample_last),        REAL(split_edge),              REAL(split_area),
+    INTEGER(placement),            REAL(band_half_width),         REAL(capture_range),           INTEGER(evolve_iterations),
+    REAL(evolve_step),             REAL(evolve_width),            REAL(curvature),               INTEGER(carry_level_set),
+    INTEGER(project_level_set),    INTEGER(nucleate),             INTEGER(keep_thin),            INTEGER(keep_edges),
+    INTEGER(fill_from_springls),   INTEGER(topology),             REAL(nearest_rule),            INTEGER(track_iterations),
+    REAL(track_step),              INTEGER(vertex_velocity),      INTEGER(half_time_sampling),   INTEGER(initial_stride),
+    INTEGER(project_initial),      INTEGER(volume_lock),
 };
 
 static const struct member *find_member(const char *name, size_t length)
@@ -62,7 +59,7 @@ const char *run_member_at(size_t offset)
     return "one that --set does not know either";
 }
 
-/* One "name=value" of `length` characters. */
+/* Sets one member from "name=value" of `length` characters. */
 static bool set_member(springls_params *params, const char *text, size_t length)
 {
     char value[64];
@@ -102,7 +99,7 @@ static int set_params(const char *program, const char *set, springls_params *par
     return CLI_CONTINUE;
 }
 
-/* Looked at before the run, not after it. */
+/* Makes the folder of --out before the run, so that a mistake is found early. */
 static int make_folder(const char *program, const char *path)
 {
     const bool made = mkdir(path, 0777) == 0 || errno == EEXIST;
@@ -183,7 +180,7 @@ static void keep_message(void *user, int level, const char *message)
     snprintf(user, 256, "%s", message);
 }
 
-/* Wall clock, also without OpenMP. */
+/* Returns the wall clock in seconds, also without OpenMP. */
 static double run_clock(void *user)
 {
     (void)user;
@@ -198,7 +195,7 @@ int run_create(const char *program, springls_desc *desc, springls_context **ctx)
     noting.logger.log = keep_message;
     noting.logger.user = message;
     springls_status status = springls_create(&noting, ctx);
-    if (status == SPRINGLS_OK) { /* once more, without the logger that lives here */
+    if (status == SPRINGLS_OK) { /* create it again with the caller's logger, because this one is local */
         springls_destroy(*ctx);
         status = springls_create(desc, ctx);
     }

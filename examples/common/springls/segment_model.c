@@ -89,7 +89,7 @@ bool segment_watch_look(struct segment_watch *watch, const springls_context *ctx
     const springls_view particles = springls_view_particles(ctx), vertices = springls_view_vertices(ctx);
     const uint32_t *ids = springls_ids(ctx);
     int known = 0, moved = 0;
-    for (int i = 0, j = 0; i < particles.count; ++i) { /* ids ascend, before and now */
+    for (int i = 0, j = 0; i < particles.count; ++i) { /* ids ascend in both lists */
         while (j < watch->count && watch->ids[j] < ids[i]) {
             ++j;
         }

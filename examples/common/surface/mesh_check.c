@@ -65,7 +65,7 @@ static bool check_edges(const int *triangles, int vertex_count, int triangle_cou
     return true;
 }
 
-/* Six times the volume of a tetrahedron, in double: its sign says on which side of abc d lies. */
+/* Returns six times the volume of a tetrahedron, in double; its sign is the side of abc on which d lies. */
 static double side(const float *a, const float *b, const float *c, const float *d)
 {
     double u[3], v[3], w[3];
@@ -77,7 +77,7 @@ static double side(const float *a, const float *b, const float *c, const float *
     return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
-/* Does the segment pq go through the inside of abc? Touching does not count. */
+/* Returns true if the segment pq passes through the inside of abc; touching does not count. */
 static bool pierces(const float *p, const float *q, const float *a, const float *b, const float *c)
 {
     if (!(side(a, b, c, p) * side(a, b, c, q) < 0.0)) {
@@ -117,7 +117,7 @@ static int compare_boxes(const void *a, const void *b)
     return (e->lo[0] > f->lo[0]) - (e->lo[0] < f->lo[0]);
 }
 
-/* Sort and sweep along x. */
+/* Counts crossings by sorting and sweeping along x. */
 static bool count_crossings(const float *positions, const int *triangles, int triangle_count, struct mesh_check *check)
 {
     struct box *boxes = malloc(((size_t)triangle_count + 1) * sizeof *boxes);
@@ -165,7 +165,7 @@ bool mesh_check(const float *positions, int vertex_count, const int *triangles, 
            && count_crossings(positions, triangles, triangle_count, check);
 }
 
-/* Divergence theorem: a sixth of the determinant of each triangle's corners, seen from a vertex of the component. */
+/* Returns a sixth of the determinant of a triangle's corners relative to a vertex of the component (divergence theorem). */
 static double signed_volume(const float *origin, const float *a, const float *b, const float *c)
 {
     return side(origin, a, b, c) / 6.0;
@@ -195,7 +195,7 @@ int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, i
         if (fabs(volume[root]) >= smallest) {
             memmove(triangles + 3 * left++, triangles + 3 * t, 3 * sizeof *triangles);
         } else {
-            dropped += !isnan(volume[root]); /* counted once; NaN is not as large either */
+            dropped += !isnan(volume[root]); /* counted once; NaN compares false too */
             volume[root] = (double)NAN;
         }
     }

@@ -21,14 +21,14 @@ static bool fail(char error[MESH_TEXT], const char *path, const char *format, ..
     va_start(arguments, format);
     vsnprintf(error + used, MESH_TEXT - (size_t)used, format, arguments);
     va_end(arguments);
-    for (char *c = error; *c; ++c) { /* assimp's own texts may hold line ends */
+    for (char *c = error; *c; ++c) { /* assimp's texts may contain line ends */
         *c = *c == '\n' || *c == '\r' ? ' ' : *c;
     }
     return false;
 }
 
-/* assimp believes the element counts of PLY and OFF headers and asks for that much memory. An element takes at least one
- * byte of the file, so a larger count is a broken file. */
+/* Compares the element counts of PLY and OFF headers with the file's length, an element taking at least one byte: assimp would
+ * allocate memory for any count. */
 bool mesh_counts_plausible(const char *path, char error[MESH_TEXT])
 {
     char line[512];
@@ -93,21 +93,6 @@ static uint32_t hash_position(const float p[3])
     return h ^ h >> 13;
 }
 
-/* Open-addressing table: vertex numbers + 1, 0 = free. Returns the number of the vertex at p, adding it if new. */
-static uint32_t weld(struct mesh *mesh, uint32_t *table, size_t mask, const float p[3])
-{
-    size_t slot = hash_position(p) & mask;
-    while (table[slot] != 0) {
-        if (memcmp(mesh->positions + 3 * (size_t)(table[slot] - 1), p, 3 * sizeof *p) == 0) {
-            return table[slot] - 1;
-        }
-        slot = (slot + 1) & mask;
-    }
-    memcpy(mesh->positions + 3 * mesh->vertex_count, p, 3 * sizeof *p);
-    table[slot] = (uint32_t)++mesh->vertex_count;
-    return table[slot] - 1;
-}
-
 static bool has_colors(const struct aiScene *scene)
 {
     unsigned materials = 0;
@@ -120,7 +105,7 @@ static bool has_colors(const struct aiScene *scene)
     return materials > 1;
 }
 
-/* Of a vertex of a part of the file: its own colour, or the part's material's. */
+/* Returns the color of a vertex of a part: its own, or the part's material's. */
 static struct aiColor4D color_of(const struct aiScene *scene, const struct aiMesh *part, unsigned vertex)
 {
     struct aiColor4D color = {0.8f, 0.8f, 0.8f, 1.0f};
@@ -131,7 +116,7 @@ static struct aiColor4D color_of(const struct aiScene *scene, const struct aiMes
     return color;
 }
 
-/* Where vertices become one the first one's colour stays. */
+/* Stores a vertex's color; of vertices that become one the first one's is kept. */
 static void take_color(struct mesh *mesh, uint32_t vertex, struct aiColor4D color)
 {
     const float rgb[3] = {color.r, color.g, color.b};
@@ -140,65 +125,112 @@ static void take_color(struct mesh *mesh, uint32_t vertex, struct aiColor4D colo
     }
 }
 
-static bool collect(const char *path, const struct aiScene *scene, struct mesh *mesh, char error[MESH_TEXT])
+/* A file that is being turned into a mesh. */
+struct builder {
+    const char *path;
+    const struct aiScene *scene;
+    struct mesh *mesh;
+    uint32_t *table; /* open addressing: numbers of vertices + 1, 0 = free */
+    size_t mask;     /* slots - 1, where the slots are a power of two */
+    char *error;
+};
+
+/* Allocates for all triangles of the file, as if they had no vertex in common. */
+static bool allocate(struct builder *b)
 {
-    size_t triangles = 0;
-    for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-        triangles += scene->mMeshes[m]->mNumFaces;
+    size_t triangles = 0, slots = 16;
+    for (unsigned m = 0; m < b->scene->mNumMeshes; ++m) {
+        triangles += b->scene->mMeshes[m]->mNumFaces;
     }
     if (triangles == 0) {
-        return fail(error, path, "no triangles");
+        return fail(b->error, b->path, "no triangles");
     }
     if (triangles > UINT32_MAX / 8) {
-        return fail(error, path, "too many triangles: %zu", triangles);
+        return fail(b->error, b->path, "too many triangles: %zu", triangles);
     }
-    size_t slots = 16;
     while (slots < 6 * triangles) {
         slots *= 2;
     }
-    uint32_t *table = calloc(slots, sizeof *table);
-    mesh->positions = malloc(9 * triangles * sizeof *mesh->positions);
-    mesh->indices = malloc(3 * triangles * sizeof *mesh->indices);
-    mesh->colors = has_colors(scene) ? malloc(9 * triangles * sizeof *mesh->colors) : NULL;
-    bool good = table && mesh->positions && mesh->indices && (mesh->colors || !has_colors(scene));
-    if (!good) {
-        fail(error, path, "not enough memory for %zu triangles", triangles);
+    const bool colored = has_colors(b->scene);
+    b->mask = slots - 1;
+    b->table = calloc(slots, sizeof *b->table);
+    b->mesh->positions = malloc(9 * triangles * sizeof *b->mesh->positions);
+    b->mesh->indices = malloc(3 * triangles * sizeof *b->mesh->indices);
+    b->mesh->colors = colored ? malloc(9 * triangles * sizeof *b->mesh->colors) : NULL;
+    if (!b->table || !b->mesh->positions || !b->mesh->indices || (colored && !b->mesh->colors)) {
+        return fail(b->error, b->path, "not enough memory for %zu triangles", triangles);
     }
-    for (unsigned m = 0; good && m < scene->mNumMeshes; ++m) {
-        const struct aiMesh *part = scene->mMeshes[m];
-        for (unsigned f = 0; good && f < part->mNumFaces; ++f) {
-            const struct aiFace *face = &part->mFaces[f];
-            uint32_t *corner = mesh->indices + 3 * mesh->triangle_count;
-            for (unsigned k = 0; good && k < face->mNumIndices && face->mNumIndices == 3; ++k) {
-                if (face->mIndices[k] >= part->mNumVertices) {
-                    good = fail(error, path, "a face names vertex %u of %u", face->mIndices[k], part->mNumVertices);
-                    break;
-                }
-                const struct aiVector3D *v = &part->mVertices[face->mIndices[k]];
-                const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are one place */
-                if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) {
-                    good = fail(error, path, "a vertex is not finite");
-                    break;
-                }
-                const size_t before = mesh->vertex_count;
-                corner[k] = weld(mesh, table, slots - 1, p);
-                if (mesh->colors && mesh->vertex_count > before) {
-                    take_color(mesh, corner[k], color_of(scene, part, face->mIndices[k]));
-                }
-            }
-            if (!good || face->mNumIndices != 3) {
-                continue; /* points and lines */
-            }
-            if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
-                ++mesh->dropped;
-            } else {
-                ++mesh->triangle_count;
-            }
+    return true;
+}
+
+/* Adds a vertex at p unless there is one; returns its number. */
+static uint32_t weld(struct builder *b, const float p[3])
+{
+    struct mesh *mesh = b->mesh;
+    size_t slot = hash_position(p) & b->mask;
+    while (b->table[slot] != 0) {
+        if (memcmp(mesh->positions + 3 * (size_t)(b->table[slot] - 1), p, 3 * sizeof *p) == 0) {
+            return b->table[slot] - 1;
+        }
+        slot = (slot + 1) & b->mask;
+    }
+    memcpy(mesh->positions + 3 * mesh->vertex_count, p, 3 * sizeof *p);
+    b->table[slot] = (uint32_t)++mesh->vertex_count;
+    return b->table[slot] - 1;
+}
+
+/* Adds vertex `index` of a part of the file unless there is one at its place. */
+static bool add_corner(struct builder *b, const struct aiMesh *part, unsigned index, uint32_t *corner)
+{
+    if (index >= part->mNumVertices) {
+        return fail(b->error, b->path, "a face names vertex %u of %u", index, part->mNumVertices);
+    }
+    const struct aiVector3D *v = &part->mVertices[index];
+    const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are the same place */
+    if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) {
+        return fail(b->error, b->path, "a vertex is not finite");
+    }
+    const size_t before = b->mesh->vertex_count;
+    *corner = weld(b, p);
+    if (b->mesh->colors && b->mesh->vertex_count > before) {
+        take_color(b->mesh, *corner, color_of(b->scene, part, index));
+    }
+    return true;
+}
+
+/* Adds a triangle unless two of its corners coincide; skips points and lines. */
+static bool add_face(struct builder *b, const struct aiMesh *part, const struct aiFace *face)
+{
+    uint32_t *corner = b->mesh->indices + 3 * b->mesh->triangle_count;
+    if (face->mNumIndices != 3) {
+        return true;
+    }
+    for (unsigned k = 0; k < 3; ++k) {
+        if (!add_corner(b, part, face->mIndices[k], &corner[k])) {
+            return false;
         }
     }
-    free(table);
-    if (good && mesh->triangle_count == 0) {
-        good = fail(error, path, "no triangles%s", mesh->dropped ? ": all of them are degenerate" : "");
+    if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
+        ++b->mesh->dropped;
+    } else {
+        ++b->mesh->triangle_count;
+    }
+    return true;
+}
+
+/* Builds the mesh from all parts of the file. */
+static bool build(struct builder *b)
+{
+    bool good = allocate(b);
+    for (unsigned m = 0; good && m < b->scene->mNumMeshes; ++m) {
+        const struct aiMesh *part = b->scene->mMeshes[m];
+        for (unsigned f = 0; good && f < part->mNumFaces; ++f) {
+            good = add_face(b, part, &part->mFaces[f]);
+        }
+    }
+    free(b->table);
+    if (good && b->mesh->triangle_count == 0) {
+        good = fail(b->error, b->path, "no triangles%s", b->mesh->dropped ? ": all of them are degenerate" : "");
     }
     return good;
 }
@@ -222,7 +254,8 @@ bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
         const char *reason = aiGetErrorString();
         return fail(error, path, "%.180s", reason && *reason ? reason : "cannot be read");
     }
-    const bool good = collect(path, scene, mesh, error);
+    struct builder builder = {.path = path, .scene = scene, .mesh = mesh, .error = error};
+    const bool good = build(&builder);
     aiReleaseImport(scene);
     if (!good) {
         mesh_free(mesh);

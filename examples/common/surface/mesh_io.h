@@ -1,8 +1,8 @@
 /* mesh_io.h - triangle meshes in and out.
  *
- * Reading goes through assimp (OBJ, PLY, STL, OFF, glTF, ...), with node transforms applied and polygons cut into
- * triangles. Vertices are then joined across the whole file where their three coordinates are equal to the last bit:
- * assimp's own joining keeps UV and material seams open and uses a tolerance that ruins small models. */
+ * Files are read through assimp (OBJ, PLY, STL, OFF, glTF, ...), with node transforms applied and polygons split into
+ * triangles. Vertices of the whole file with three bitwise equal coordinates are joined; assimp's own joining keeps UV and
+ * material seams open and uses a tolerance that ruins small models. */
 #ifndef EXAMPLES_SURFACE_MESH_IO_H
 #define EXAMPLES_SURFACE_MESH_IO_H
 
@@ -21,12 +21,13 @@ struct mesh {
     size_t dropped; /* triangles left out: two corners became one vertex */
 };
 
-/* False: empty mesh, one line in `error` (unreadable, no triangles, coordinates that are not finite, bad index). */
+/* Reads a mesh. Returns false with an empty mesh and one line in `error` (unreadable, no triangles, coordinates that are not
+ * finite, bad index). */
 bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT]);
 void mesh_free(struct mesh *mesh);
 
-/* False, with one line in `error`: the file cannot be opened, is empty, or its header promises more than it can hold. For whoever
- * hands a file to assimp, which believes headers. */
+/* Checks a file before it is passed to assimp, which trusts headers. Returns false with one line in `error` if it cannot be
+ * opened, is empty, or its header promises more than it can contain. */
 bool mesh_counts_plausible(const char *path, char error[MESH_TEXT]);
 
 struct mesh_ply {
@@ -40,7 +41,7 @@ struct mesh_ply {
     const char *comment;     /* one line for the header, or NULL */
 };
 
-/* Binary little-endian PLY. */
+/* Writes binary little-endian PLY. Returns false with one line in `error`. */
 bool mesh_write_ply(const char *path, const struct mesh_ply *ply, char error[MESH_TEXT]);
 
 #endif

@@ -17,8 +17,8 @@ static double triangle_area(const struct surface *surface, size_t t, float corne
     return isfinite(area) ? area : 0.0;
 }
 
-/* Walks along the surface's summed area in equal steps; where in its triangle a point lies comes from the R2 sequence
- * (multiples of the plastic number's powers), which fills the unit square evenly. Returns the area. */
+/* Places points by equal steps along the surface's accumulated area, and within a triangle by the R2 sequence (multiples of
+ * the plastic number's powers), which fills the unit square evenly. Returns the area. */
 static double spread_points(const struct surface *surface, size_t count, float *points)
 {
     double total = 0.0, sum = 0.0, u = 0.5, v = 0.5;
@@ -44,7 +44,7 @@ static double spread_points(const struct surface *surface, size_t count, float *
             ++done;
         }
     }
-    for (; done > 0 && done < count; ++done) { /* rounding of the sums may leave the last one out */
+    for (; done > 0 && done < count; ++done) { /* rounding of the sums may leave the last points out */
         memcpy(points + 3 * done, points + 3 * (done - 1), 3 * sizeof *points);
     }
     return done ? total : 0.0;
@@ -72,7 +72,7 @@ static struct one_way measure(const struct bvh *target, const float *points, siz
         distances[i] = bvh_distance(target, points + 3 * i, NULL, NULL);
     }
     qsort(distances, count, sizeof *distances, compare_floats);
-    for (size_t i = 0; i < count; ++i) { /* in sorted order: the same sums for any number of threads */
+    for (size_t i = 0; i < count; ++i) { /* in sorted order, so that sums are equal for any number of threads */
         const double d = (double)distances[i];
         result.mean += d / (double)count;
         result.within += d <= tolerance ? 1.0 / (double)count : 0.0;
