@@ -1,6 +1,7 @@
 /* test_query.c - the triangle hierarchy against brute force; questions in world coordinates; material coordinates. */
 #include "fixtures.h"
 #include "../../src/model/mesh_distance.h"
+#include "../../src/model/ray.h"
 #include "../../src/model/transform.h"
 
 static uint32_t random_state = 1u;
