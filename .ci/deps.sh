@@ -35,6 +35,13 @@ for group; do
         need_command make make ;;
     test)   # the engine's game loop is C++
         need_command "${CXX%% *}" "$(compiler_package "$CXX")" ;;
+    judges)   # what tests compare with, and skip where it is missing
+        headers="$headers
+            openvdb/openvdb.h libopenvdb-dev
+            tbb/tbb.h libtbb-dev
+            boost/version.hpp libboost-dev
+            boost/iostreams/stream.hpp libboost-iostreams-dev"
+        need_command elastix elastix ;;
     matrix)
         headers="$headers
             CL/cl.h opencl-headers"
@@ -79,7 +86,7 @@ for group; do
             boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.
