@@ -1,7 +1,7 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo examples display opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
-# Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
+# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix. CC and CXX name the
+# compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
 missing=
