@@ -8749,6 +8749,12 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
+/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
 /* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
    or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
@@ -8760,7 +8766,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     for (row = 0; row < 3; row++) {
         if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
         for (column = 0; column < 3; column++) {
-            double direction = no_direction ? (row == column ? 1.0 : 0.0) : grid->direction[3 * row + column];
+            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
             if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
         }
@@ -8768,7 +8774,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
         for (column = 0; column < 4; column++)
             if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
     }
-    det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+    det = springls__determinant(m);
     if (!(det > 1e-30 || det < -1e-30)) return false;
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
@@ -8788,8 +8794,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
 /* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
-    const double *m = ctx->to_world;
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
+    return springls__determinant(ctx->to_world) < 0.0;
 }
 
 /* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
@@ -12530,7 +12535,7 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: w is a whole number */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
@@ -12587,8 +12592,10 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
     bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
+    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
     int i, guess = -1;
+    if (voxels) search = m->band + 3.0f;
+    else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
         bool computed = false;
@@ -12896,7 +12903,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* Moves a point near the zero level of phi onto it, by three Newton steps along the gradient of at most half a voxel each. */
+/* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
@@ -13676,7 +13683,7 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
     if (length == 0 || length > SPRINGLS_MAX_NAME_LENGTH)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the name must have 1 to %d characters", call,
                               SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is already one named %s", call, desc->name);
@@ -14924,7 +14931,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbor %d of %d", i / 3,
                                   neighbors[i], given);
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
@@ -15083,7 +15090,7 @@ typedef struct springls__mesh_report {
     int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
     int components;            /* connected through shared vertices                                             */
     int boundary_edges;        /* used by one triangle                                                          */
-    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
+    int misoriented_edges;     /* used by two triangles that run along it in the same direction                */
     int nonmanifold_edges;     /* used by three or more                                                         */
     int unbalanced_edges;      /* used more often in one direction; none: the mesh has an inside                */
     int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
@@ -15706,7 +15713,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
                               (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
@@ -15984,7 +15991,7 @@ SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls
     ctx->attribute_count = s->attributes;
 }
 
-/* Replaces the arrays of the model and its attributes by those of the snapshot; all memory is there. */
+/* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
@@ -22030,7 +22037,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22034 \"springls.h\"\n",
+    "#line 22041 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22769,7 +22776,7 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
-/* Copies the triangles of one surface into another, from index `at` on, turned if asked for. given_before: triangles of the
+/* Copies the triangles of one surface into another, from index `at` on. turn: reverses them; given_before: triangles of the
    caller's meshes that come before those of `from`. */
 SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
                                            bool turn)
@@ -22916,8 +22923,8 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Completes a model whose springls and phi were changed: finds its edges, fills its gaps, and, if asked for, projects phi onto
-   the springls. */
+/* Completes a model whose springls and phi were changed: finds its edges, and fills its gaps. project: projects phi onto
+   the springls too, if params.project_level_set is set. */
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);

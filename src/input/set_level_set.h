@@ -305,7 +305,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* Moves a point near the zero level of phi onto it, by three Newton steps along the gradient of at most half a voxel each. */
+/* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;

@@ -16,7 +16,7 @@ typedef struct springls__mesh_report {
     int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
     int components;            /* connected through shared vertices                                             */
     int boundary_edges;        /* used by one triangle                                                          */
-    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
+    int misoriented_edges;     /* used by two triangles that run along it in the same direction                */
     int nonmanifold_edges;     /* used by three or more                                                         */
     int unbalanced_edges;      /* used more often in one direction; none: the mesh has an inside                */
     int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */

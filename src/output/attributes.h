@@ -26,7 +26,7 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
     if (length == 0 || length > SPRINGLS_MAX_NAME_LENGTH)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the name must have 1 to %d characters", call,
                               SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is already one named %s", call, desc->name);

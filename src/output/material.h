@@ -173,7 +173,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbor %d of %d", i / 3,
                                   neighbors[i], given);
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {

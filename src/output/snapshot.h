@@ -288,7 +288,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
                               (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
@@ -566,7 +566,7 @@ SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls
     ctx->attribute_count = s->attributes;
 }
 
-/* Replaces the arrays of the model and its attributes by those of the snapshot; all memory is there. */
+/* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {

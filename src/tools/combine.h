@@ -139,7 +139,7 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
-/* Copies the triangles of one surface into another, from index `at` on, turned if asked for. given_before: triangles of the
+/* Copies the triangles of one surface into another, from index `at` on. turn: reverses them; given_before: triangles of the
    caller's meshes that come before those of `from`. */
 SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
                                            bool turn)
@@ -286,8 +286,8 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Completes a model whose springls and phi were changed: finds its edges, fills its gaps, and, if asked for, projects phi onto
-   the springls. */
+/* Completes a model whose springls and phi were changed: finds its edges, and fills its gaps. project: projects phi onto
+   the springls too, if params.project_level_set is set. */
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
