@@ -1715,6 +1715,9 @@ SPRINGLS__MATHS float springls__floor(float x)
 /* ======== >>vector:kernel  (kernels_embed/language/vector.h) =================================================== */
 /* vector.h - three-vectors and functions of single numbers. */
 
+#define SPRINGLS__DEGREE 0.0174532925f /* radians */
+#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */
+
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
 /* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */
@@ -2755,6 +2758,15 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
     return springls__tri_normal(springls__springl_tri(s));
 }
 
+/* Returns s with its triangle turned round: the normal points the other way. */
+SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)
+{
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
 /* Returns true when springl i lies at a sharp edge that is to be kept. */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
 {
@@ -3325,6 +3337,14 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }
 
+/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+{
+    float before = springls__grid_sample(g, g->phi, s.p);
+    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
+    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
+}
+
 /* A sampled field: from the model's voxels to its own samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
@@ -3421,6 +3441,16 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+
+/* Returns true when the displacements of all points are finite, and their squares too. */
+SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+{
+    int m, finite = 1;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    return finite != 0;
+}
+
 /* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
                                                      springls__movers at, float time)
@@ -3472,21 +3502,17 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
-    int m, finite = 1;
+    int m;
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
-    if (rule.stop_at_topology
-        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
-                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
-                                      springls__springl_normal(s)))
+    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
 }
 
 /* Moves springl i by its displacements. */
@@ -4246,6 +4272,9 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
 /* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
 
+/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
+#define SPRINGLS__SAME_SIDE 0.3f
+
 /* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
 {
@@ -4271,10 +4300,7 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
-    if (springls__length2(u) < 1e-8f)
-        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))
-                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));
-    u = springls__normalize(u);
+    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
     v = springls__cross(n, u);
     t.a = springls__mad(p, u, radius);
     t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);
@@ -4394,7 +4420,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -4561,7 +4587,7 @@ typedef struct springls__widest_gap { float angle, second; springls__v3 middle; 
 
 SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
 {
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    const float turn = 6.28318531f;
     springls__widest_gap widest;
     float from, middle;
     int i;
@@ -4578,9 +4604,9 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
         widest.angle = angle;
         from = gaps.angle[i - 1];
     }
-    middle = (from + 0.5f * widest.angle) * over_pi;
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
     widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
     return widest;
 }
 
@@ -4588,9 +4614,8 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
    two wide gaps; its end and a drop leave nearly all open. */
 SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 {
-    const float degree = 0.0174532925f;
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
 }
 
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
@@ -4701,14 +4726,20 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
-   wide hole, the height is unreliable: the place stays. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+{
+    springls__fit_result result = springls__fit_highest(fit);
     float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (fit.count < 4) result.ok = 0;
-    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
     if (u * u + v * v > w * w) {
         result.point = fit.origin;
         result.normal = fit.n;
@@ -4966,11 +4997,11 @@ typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SP
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
-    float most = SPRINGLS__TOGETHER, along;
+    float closest = SPRINGLS__TOGETHER, along;
     for (s = 0; s < sides.count; s++) {
         along = springls__dot(sides.normal[s], n);
-        if (along <= most) continue;
-        most = along;
+        if (along <= closest) continue;
+        closest = along;
         best = s;
     }
     return best;
@@ -5056,15 +5087,11 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
-                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
-                 e2;
+    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
     int i;
-    e1 = springls__normalize(springls__cross(facing, e1));
-    e2 = springls__cross(facing, e1);
     strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (i = 0; i < count; i++) {
         if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
@@ -5233,10 +5260,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
             fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+    result = springls__fit_highest(fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
     return result;
 }
@@ -5543,7 +5568,7 @@ typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
 SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
@@ -5579,7 +5604,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
    that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
@@ -6490,7 +6515,9 @@ typedef struct springls__relax_rule {
     float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
     float sharpness;                 /* lambda_c                                 */
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    int threshold, weight, physical; /* H, W, and which torque                   */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
 } springls__relax_rule;
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
@@ -6504,8 +6531,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.sharpness = params->sharpness;
     rule.step_length = params->relax_step_length;
     rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
     rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
     return rule;
 }
@@ -6553,17 +6580,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -6642,8 +6669,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 
@@ -6737,17 +6764,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -6826,8 +6853,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 
@@ -6907,13 +6934,11 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = springls__turned_round(s);
 }
 
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
@@ -8990,16 +9015,15 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion block;
-    int i, m;
+    int i;
     block.largest2 = 0.0f;
     block.moving = 0;
     block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
         block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > 1e-4f;
+        block.moving += d2 > SPRINGLS__MOVING2;
     }
     return block;
 }
@@ -9010,7 +9034,6 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     const springls__v3 *a = motion->ctx->model.set.a + first;
-    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
@@ -9031,10 +9054,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     for (i = 0; i < count; i++) {
         springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
-                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
-                                          springls__springl_normal(s[i])))
+        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
@@ -16460,6 +16480,9 @@ static const char *const springls__kernel_lines[] = {
     "#line 1716 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
+    "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
+    "#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */\n",
+    "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
     "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
@@ -16473,7 +16496,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1733 \"springls.h\"\n",
+    "#line 1736 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16488,7 +16511,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1749 \"springls.h\"\n",
+    "#line 1752 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16612,7 +16635,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1873 \"springls.h\"\n",
+    "#line 1876 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16638,7 +16661,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1900 \"springls.h\"\n",
+    "#line 1903 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -16790,7 +16813,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2056 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16805,7 +16828,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2068 \"springls.h\"\n",
+    "#line 2071 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16929,14 +16952,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2195 \"springls.h\"\n",
     "\n",
     "/* A table for springls__vec_from. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2200 \"springls.h\"\n",
+    "#line 2203 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16948,7 +16971,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2212 \"springls.h\"\n",
+    "#line 2215 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16963,7 +16986,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2228 \"springls.h\"\n",
+    "#line 2231 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17007,7 +17030,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2272 \"springls.h\"\n",
+    "#line 2275 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17022,7 +17045,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2287 \"springls.h\"\n",
+    "#line 2290 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17066,7 +17089,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2331 \"springls.h\"\n",
+    "#line 2334 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17138,7 +17161,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2403 \"springls.h\"\n",
+    "#line 2406 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17153,7 +17176,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2419 \"springls.h\"\n",
+    "#line 2422 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17216,7 +17239,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2482 \"springls.h\"\n",
+    "#line 2485 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17231,7 +17254,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2497 \"springls.h\"\n",
+    "#line 2500 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17294,7 +17317,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2561 \"springls.h\"\n",
+    "#line 2564 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17492,6 +17515,15 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__tri_normal(springls__springl_tri(s));\n",
     "}\n",
     "\n",
+    "/* Returns s with its triangle turned round: the normal points the other way. */\n",
+    "SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)\n",
+    "{\n",
+    "    springls__v3 q = s.q[1];\n",
+    "    s.q[1] = s.q[2];\n",
+    "    s.q[2] = q;\n",
+    "    return springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
     "/* Returns true when springl i lies at a sharp edge that is to be kept. */\n",
     "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)\n",
     "{\n",
@@ -17593,7 +17625,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2861 \"springls.h\"\n",
+    "#line 2873 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17971,7 +18003,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3240 \"springls.h\"\n",
+    "#line 3252 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17980,7 +18012,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3249 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17995,7 +18027,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3265 \"springls.h\"\n",
+    "#line 3277 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18008,7 +18040,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3290 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18023,7 +18055,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3305 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18036,7 +18068,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3306 \"springls.h\"\n",
+    "#line 3318 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18057,6 +18089,14 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */\n",
+    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)\n",
+    "{\n",
+    "    float before = springls__grid_sample(g, g->phi, s.p);\n",
+    "    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));\n",
+    "    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;\n",
     "}\n",
     "\n",
     "/* A sampled field: from the model's voxels to its own samples. */\n",
@@ -18155,6 +18195,16 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
     "\n",
+    "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "\n",
+    "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
+    "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
+    "{\n",
+    "    int m, finite = 1;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
+    "    return finite != 0;\n",
+    "}\n",
+    "\n",
     "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                     springls__movers at, float time)\n",
@@ -18206,21 +18256,17 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    springls__movers at, d;\n",
     "    float d2;\n",
-    "    int m, finite = 1;\n",
+    "    int m;\n",
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
     "    d = springls__displacement_of(model, &rule, at);\n",
-    "    if (rule.stop_at_topology\n",
-    "        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),\n",
-    "                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],\n",
-    "                                      springls__springl_normal(s)))\n",
+    "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
     "    d2 = springls__length2(d.x[0]);\n",
     "    springls__displacement(model)[i] = d;\n",
-    "    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
+    "    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;\n",
     "}\n",
     "\n",
     "/* Moves springl i by its displacements. */\n",
@@ -18234,7 +18280,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3987 \"springls.h\"\n",
+    "#line 4013 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18409,7 +18455,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4163 \"springls.h\"\n",
+    "#line 4189 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18492,8 +18538,11 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4247 \"springls.h\"\n",
+    "#line 4273 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
+    "\n",
+    "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
+    "#define SPRINGLS__SAME_SIDE 0.3f\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
     "SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)\n",
@@ -18520,10 +18569,7 @@ static const char *const springls__kernel_lines[] = {
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
     "    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;\n",
     "    springls__tri t;\n",
-    "    if (springls__length2(u) < 1e-8f)\n",
-    "        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))\n",
-    "                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));\n",
-    "    u = springls__normalize(u);\n",
+    "    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);\n",
     "    v = springls__cross(n, u);\n",
     "    t.a = springls__mad(p, u, radius);\n",
     "    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);\n",
@@ -18643,7 +18689,7 @@ static const char *const springls__kernel_lines[] = {
     "        bool older = model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
-    "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
+    "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -18666,7 +18712,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4422 \"springls.h\"\n",
+    "#line 4448 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18742,7 +18788,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4499 \"springls.h\"\n",
+    "#line 4525 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18768,7 +18814,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4526 \"springls.h\"\n",
+    "#line 4552 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18807,7 +18853,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
     "{\n",
-    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    const float turn = 6.28318531f;\n",
     "    springls__widest_gap widest;\n",
     "    float from, middle;\n",
     "    int i;\n",
@@ -18824,9 +18870,9 @@ static const char *const springls__kernel_lines[] = {
     "        widest.angle = angle;\n",
     "        from = gaps.angle[i - 1];\n",
     "    }\n",
-    "    middle = (from + 0.5f * widest.angle) * over_pi;\n",
+    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
     "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                   springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
     "    return widest;\n",
     "}\n",
     "\n",
@@ -18834,11 +18880,10 @@ static const char *const springls__kernel_lines[] = {
     "   two wide gaps; its end and a drop leave nearly all open. */\n",
     "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
     "{\n",
-    "    const float degree = 0.0174532925f;\n",
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4597 \"springls.h\"\n",
+    "#line 4622 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -18946,21 +18991,27 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a\n",
-    "   wide hole, the height is unreliable: the place stays. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
+    "   not ok with fewer. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)\n",
     "{\n",
     "    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
+    "    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;\n",
+    "}\n",
+    "\n",
+    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
+    "   there. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "{\n",
+    "    springls__fit_result result = springls__fit_highest(fit);\n",
     "    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];\n",
-    "    if (fit.count < 4) result.ok = 0;\n",
-    "    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    if (u * u + v * v > w * w) {\n",
     "        result.point = fit.origin;\n",
     "        result.normal = fit.n;\n",
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4720 \"springls.h\"\n",
+    "#line 4751 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19015,7 +19066,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4776 \"springls.h\"\n",
+    "#line 4807 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19030,7 +19081,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4791 \"springls.h\"\n",
+    "#line 4822 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19045,7 +19096,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4807 \"springls.h\"\n",
+    "#line 4838 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19056,7 +19107,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4818 \"springls.h\"\n",
+    "#line 4849 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19071,7 +19122,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4833 \"springls.h\"\n",
+    "#line 4864 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19082,7 +19133,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4844 \"springls.h\"\n",
+    "#line 4875 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19185,7 +19236,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4948 \"springls.h\"\n",
+    "#line 4979 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19207,11 +19258,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
     "{\n",
     "    int s, best = -1;\n",
-    "    float most = SPRINGLS__TOGETHER, along;\n",
+    "    float closest = SPRINGLS__TOGETHER, along;\n",
     "    for (s = 0; s < sides.count; s++) {\n",
     "        along = springls__dot(sides.normal[s], n);\n",
-    "        if (along <= most) continue;\n",
-    "        most = along;\n",
+    "        if (along <= closest) continue;\n",
+    "        closest = along;\n",
     "        best = s;\n",
     "    }\n",
     "    return best;\n",
@@ -19297,15 +19348,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
     "                                                   const float *weight, int count)\n",
     "{\n",
-    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)\n",
-    "                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),\n",
-    "                 e2;\n",
+    "    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);\n",
     "    springls__patch patch = springls__patch_begin();\n",
     "    springls__strip strip;\n",
     "    float sum = 0.0f;\n",
     "    int i;\n",
-    "    e1 = springls__normalize(springls__cross(facing, e1));\n",
-    "    e2 = springls__cross(facing, e1);\n",
     "    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    for (i = 0; i < count; i++) {\n",
     "        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;\n",
@@ -19474,10 +19521,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
     "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
-    "    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
-    "    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
-    "    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f\n",
-    "        || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
+    "    result = springls__fit_highest(fit);\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
     "        result.ok = 0;\n",
     "    return result;\n",
     "}\n",
@@ -19670,7 +19715,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5434 \"springls.h\"\n",
+    "#line 5459 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19768,7 +19813,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5533 \"springls.h\"\n",
+    "#line 5558 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19782,7 +19827,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
-    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;\n",
+    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
@@ -19818,7 +19863,7 @@ static const char *const springls__kernel_lines[] = {
     "   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
-    "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
+    "    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;\n",
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
@@ -19897,7 +19942,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5663 \"springls.h\"\n",
+    "#line 5688 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20087,7 +20132,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5854 \"springls.h\"\n",
+    "#line 5879 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20196,7 +20241,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5964 \"springls.h\"\n",
+    "#line 5989 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20565,7 +20610,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6334 \"springls.h\"\n",
+    "#line 6359 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20716,7 +20761,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6486 \"springls.h\"\n",
+    "#line 6511 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20724,7 +20769,9 @@ static const char *const springls__kernel_lines[] = {
     "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
     "    float sharpness;                 /* lambda_c                                 */\n",
     "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
+    "    springls_threshold threshold;    /* H                                         */\n",
+    "    springls_weight weight;          /* W                                         */\n",
+    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
     "} springls__relax_rule;\n",
     "\n",
     "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
@@ -20738,13 +20785,13 @@ static const char *const springls__kernel_lines[] = {
     "    rule.sharpness = params->sharpness;\n",
     "    rule.step_length = params->relax_step_length;\n",
     "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = (int)params->threshold;\n",
-    "    rule.weight = (int)params->weight;\n",
+    "    rule.threshold = params->threshold;\n",
+    "    rule.weight = params->weight;\n",
     "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6514 \"springls.h\"\n",
+    "#line 6541 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20759,7 +20806,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6530 \"springls.h\"\n",
+    "#line 6557 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20786,17 +20833,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
     "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
     "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
@@ -20875,8 +20922,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(turn) turn;\n",
     "    turn.some = angle >= 1e-7f;\n",
     "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
     "    return turn;\n",
     "}\n",
     "\n",
@@ -20928,7 +20975,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6699 \"springls.h\"\n",
+    "#line 6726 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20943,7 +20990,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6714 \"springls.h\"\n",
+    "#line 6741 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20970,17 +21017,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
     "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
     "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
@@ -21059,8 +21106,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(turn) turn;\n",
     "    turn.some = angle >= 1e-7f;\n",
     "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
     "    return turn;\n",
     "}\n",
     "\n",
@@ -21112,7 +21159,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6883 \"springls.h\"\n",
+    "#line 6910 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21140,15 +21187,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    s.q[1] = s.q[2];\n",
-    "    s.q[2] = q;\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    model->set.s[i] = springls__turned_round(s);\n",
     "}\n",
-    "#line 6920 \"springls.h\"\n",
+    "#line 6945 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21256,7 +21301,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7029 \"springls.h\"\n",
+    "#line 7054 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21353,7 +21398,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7127 \"springls.h\"\n",
+    "#line 7152 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21428,7 +21473,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7203 \"springls.h\"\n",
+    "#line 7228 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21661,7 +21706,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7437 \"springls.h\"\n",
+    "#line 7462 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21919,7 +21964,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7696 \"springls.h\"\n",
+    "#line 7721 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22001,7 +22046,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22005 \"springls.h\"\n",
+    "#line 22050 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22785,15 +22830,6 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
         *staying += action[i] == SPRINGLS__KEEP;
     }
     return SPRINGLS_OK;
-}
-
-/* Turns a triangle round: its normal points the other way. */
-SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
-{
-    springls__v3 q = s.q[1];
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    return springls__springl_finished(s);
 }
 
 /* Copies the values of springl j for the attributes that both models have; others are 0. */

@@ -207,6 +207,15 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
     return springls__tri_normal(springls__springl_tri(s));
 }
 
+/* Returns s with its triangle turned round: the normal points the other way. */
+SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)
+{
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
 /* Returns true when springl i lies at a sharp edge that is to be kept. */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
 {

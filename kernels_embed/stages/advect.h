@@ -37,6 +37,14 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }
 
+/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+{
+    float before = springls__grid_sample(g, g->phi, s.p);
+    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
+    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
+}
+
 /* A sampled field: from the model's voxels to its own samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
@@ -133,6 +141,16 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+
+/* Returns true when the displacements of all points are finite, and their squares too. */
+SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+{
+    int m, finite = 1;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    return finite != 0;
+}
+
 /* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
                                                      springls__movers at, float time)
@@ -184,21 +202,17 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
-    int m, finite = 1;
+    int m;
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
-    if (rule.stop_at_topology
-        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
-                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
-                                      springls__springl_normal(s)))
+    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
 }
 
 /* Moves springl i by its displacements. */

@@ -26,11 +26,11 @@ typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SP
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
-    float most = SPRINGLS__TOGETHER, along;
+    float closest = SPRINGLS__TOGETHER, along;
     for (s = 0; s < sides.count; s++) {
         along = springls__dot(sides.normal[s], n);
-        if (along <= most) continue;
-        most = along;
+        if (along <= closest) continue;
+        closest = along;
         best = s;
     }
     return best;
@@ -116,15 +116,11 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
-                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
-                 e2;
+    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
     int i;
-    e1 = springls__normalize(springls__cross(facing, e1));
-    e2 = springls__cross(facing, e1);
     strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (i = 0; i < count; i++) {
         if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
@@ -293,10 +289,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
             fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+    result = springls__fit_highest(fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
     return result;
 }
