@@ -1632,7 +1632,7 @@ typedef union springls__arguments {
     X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
     X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
     /* output */                                                                                                                 \
-    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \
+    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
 
 /* ======== >>compat:kernel  (kernels_embed/language/compat.h) =================================================== */
@@ -1976,7 +1976,6 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
     return *(const springls__vec_anywhere *)(const void *)from;
 }
 
-
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -2207,7 +2206,7 @@ typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 /* A triangle prepared for many points: everything a distance needs that does not depend on the point. */
 typedef struct springls__tri_plan {
     springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */
     float inverse_edge2[3], inverse_n2;
 } springls__tri_plan;
 
@@ -2253,7 +2252,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -2261,9 +2260,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
@@ -2312,7 +2311,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -2320,9 +2319,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
@@ -2394,9 +2393,9 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.edge[0] = springls__sub(t.b, t.a);
     plan.edge[1] = springls__sub(t.c, t.b);
     plan.edge[2] = springls__sub(t.a, t.c);
-    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
-    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
-    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
+    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);
+    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);
+    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);
     plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
     plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
     plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
@@ -2892,12 +2891,20 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
+/* Finds the place of a brick in the top table, counted in bricks. */
+SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])
+{
+    place[0] = brick % g->bricks[0];
+    place[1] = brick / g->bricks[0] % g->bricks[1];
+    place[2] = brick / (g->bricks[0] * g->bricks[1]);
+}
+
 /* Finds the first voxel of a brick of the top table. */
 SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    origin[0] = 8 * (brick % g->bricks[0]);
-    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+    int axis;
+    springls__brick_place(g, brick, origin);
+    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
 }
 
 SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
@@ -2999,7 +3006,7 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
 SPRINGLS__MATHS int springls__tile_step(int d)
 {
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
@@ -3048,14 +3055,14 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
 }
 
 /* Returns the smallest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
 /* Returns the largest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
@@ -3071,7 +3078,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls_
 /* Returns where a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 {
-    return springls__crosses(v.c, springls__least(v), springls__most(v));
+    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));
 }
 
 /* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
@@ -6058,12 +6065,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
+/* Returns the sum of a vector, whose x is `member`. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+{
+    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
+                             sums[springls__sum_at(member + 2, i)]);
+}
+
 SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
-    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
-    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
     m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
     m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
@@ -6326,7 +6340,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vec_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
@@ -7174,7 +7188,6 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
-
 /* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
@@ -7200,12 +7213,12 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
 }
 
@@ -11065,11 +11078,12 @@ SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volum
 {
     int brick, bricks = (int)springls__brick_count(g), d, to[3];
     for (brick = 0; brick < bricks; brick++) {
-        int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
+        int place[3];
         if (g->top[brick] != SPRINGLS__INSIDE) continue;
+        springls__brick_place(g, brick, place);
         for (d = 1; d < 6; d += 2) {
             int beside;
-            springls__voxel_beside(x, y, z, d, to);
+            springls__voxel_beside(place[0], place[1], place[2], d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
             if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
@@ -12174,7 +12188,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 }
 
 /* Copies a checked description, with its defaults filled in. */
-SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc *desc)
 {
     ctx->desc = *desc;
     ctx->desc.params = NULL;
@@ -12197,7 +12211,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     memset(&made, 0, sizeof made);
     fault = springls__desc_fault(desc, &made);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
-    springls__adopt_desc(&made, desc);
+    springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
     *ctx = made;
@@ -12470,8 +12484,8 @@ SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2
 /* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
 /* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
 
-/* One triangle of a leaf, or one child of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
 {
     springls__dipole d;
     springls__tri t;
@@ -12504,10 +12518,10 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
         springls__dipole *d = &surface->dipoles[n];
         memset(d, 0, sizeof *d);
         for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole part = springls__dipole_part(surface, node, i);
-            d->area = springls__add(d->area, part.area);
-            d->center = springls__mad(d->center, part.center, part.weight);
-            d->weight += part.weight;
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
         }
         if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
         else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
@@ -12640,7 +12654,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 }
 
 /* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
@@ -12680,10 +12694,9 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
         for (i = 0; i < count; i++) {
-            int brick = begin + i;
-            points[i].x = 8.0f * (float)(brick % g->bricks[0]) + 3.5f;
-            points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
-            points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
+            int origin[3];
+            springls__brick_origin(g, begin + i, origin);
+            points[i] = springls__v3_make((float)origin[0] + 3.5f, (float)origin[1] + 3.5f, (float)origin[2] + 3.5f);
         }
         springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
@@ -12730,14 +12743,14 @@ SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx
     return springls__grid_add_bricks(ctx, list, n);
 }
 
-/* Evaluates the distance at the voxels of all active bricks, in sixteen parts, and reports progress after each. */
+/* Evaluates the distance at the voxels of all active bricks, in sixteen pieces, and reports progress after each. */
 SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx, springls__distance_job *job)
 {
     const springls__grid *g = &ctx->model.grid;
-    const int part = g->active_count / 16 + 1;
+    const int piece = g->active_count / 16 + 1;
     int i, n, v;
-    for (i = 0; i < g->active_count; i += part) {
-        n = springls__imin(part, g->active_count - i);
+    for (i = 0; i < g->active_count; i += piece) {
+        n = springls__imin(piece, g->active_count - i);
         job->active = g->active + i;
         springls__parallel(ctx, n, 2, springls__voxel_task, job);
         if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
@@ -12827,9 +12840,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     for (brick = 0; brick < bricks; brick++) {
         int at[3], inside, total;
         bool at_border = false;
-        at[0] = brick % b[0];
-        at[1] = brick / b[0] % b[1];
-        at[2] = brick / (b[0] * b[1]);
+        springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
@@ -12995,7 +13006,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                               "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 /* ---- public calls ---- */
@@ -13112,7 +13123,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
     return SPRINGLS_OK;
 }
@@ -13166,7 +13177,7 @@ SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, cons
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     }
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
@@ -13558,7 +13569,7 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
 
 /* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
    model is left unfinished. */
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
@@ -13572,7 +13583,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -13647,7 +13658,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
+    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
@@ -14059,7 +14070,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
 }
 
 /* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
-SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
     springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
@@ -14220,9 +14231,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
-        c->chunk[n].brick[0] = i % g->bricks[0];
-        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
-        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+        springls__brick_place(g, i, c->chunk[n++].brick);
     }
     *count = n;
     return SPRINGLS_OK;
@@ -14275,7 +14284,7 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__publish_task, &job);
-    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    for (i = 0; i < listed; i++) springls__mark_affected(c, i);
     if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
     springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
@@ -15122,14 +15131,14 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
     return true;
 }
 
-/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
+/* Adds the area of one triangle and six times its volume over the center; counts it when it has no area. */
 SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
-                                     const double centre[3])
+                                     const double center[3])
 {
     double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
     int i, c;
     for (i = 0; i < 3; ++i)
-        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
+        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - center[c];
     for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
     for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
     for (i = 0; i < 3; ++i) {
@@ -15143,13 +15152,13 @@ SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float 
 }
 
 /* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
-SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
+SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *half_edges, size_t count)
 {
     size_t i = 0;
     while (i < count) {
-        uint64_t edge = sides[i] >> 1;
+        uint64_t edge = half_edges[i] >> 1;
         int ways[2] = { 0, 0 };
-        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
+        for (; i < count && half_edges[i] >> 1 == edge; ++i) ++ways[half_edges[i] & 1];
         ++report->edges;
         report->boundary_edges += ways[0] + ways[1] == 1;
         report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
@@ -15159,12 +15168,12 @@ SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, cons
 }
 
 /* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
-   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
+   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of half_edges. */
 SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
-                                         uint64_t *sides, springls__mesh_report *report)
+                                         uint64_t *half_edges, springls__mesh_report *report)
 {
-    size_t side_count = 0;
-    double centre[3];
+    size_t half_edge_count = 0;
+    double center[3];
     int32_t v[3], i;
     int t, c;
     memset(report, 0, sizeof *report);
@@ -15176,7 +15185,7 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         for (i = 0; i < 3; ++i) {
             int32_t a = v[i], b = v[(i + 1) % 3];
             uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
-            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
+            half_edges[half_edge_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
             if (parent[a] >= 0) continue;
             parent[a] = a;
             for (c = 0; c < 3; ++c) {
@@ -15192,13 +15201,13 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         }
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
-    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
+    for (c = 0; c < 3; ++c) center[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
     for (t = 0; t < m; ++t)
         if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
-            springls__mesh_add(report, positions, v, centre);
+            springls__mesh_add(report, positions, v, center);
     report->volume /= 6.0;
-    springls__sort_keys(sides, side_count);
-    springls__mesh_count_edges(report, sides, side_count);
+    springls__sort_keys(half_edges, half_edge_count);
+    springls__mesh_count_edges(report, half_edges, half_edge_count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
 
@@ -15373,11 +15382,11 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_sides, (size_t)raw.triangle_count * 3));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
     springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
     springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
-                           springls__mesh_parent(&ctx->model), springls__mesh_sides(&ctx->model), &report);
+                           springls__mesh_parent(&ctx->model), springls__mesh_half_edges(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
@@ -16399,7 +16408,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
     "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \\\n",
     "    /* output */                                                                                                                 \\\n",
-    "    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \\\n",
+    "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
     "#line 1639 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
@@ -16738,7 +16747,6 @@ static const char *const springls__kernel_lines[] = {
     "    return *(const springls__vec_anywhere *)(const void *)from;\n",
     "}\n",
     "\n",
-    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16813,7 +16821,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2056 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16828,7 +16836,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2071 \"springls.h\"\n",
+    "#line 2070 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16952,14 +16960,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2195 \"springls.h\"\n",
+    "#line 2194 \"springls.h\"\n",
     "\n",
     "/* A table for springls__vec_from. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2203 \"springls.h\"\n",
+    "#line 2202 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16967,11 +16975,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */\n",
     "typedef struct springls__tri_plan {\n",
     "    springls__tri t;\n",
-    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
+    "    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */\n",
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2215 \"springls.h\"\n",
+    "#line 2214 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16986,7 +16994,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2231 \"springls.h\"\n",
+    "#line 2230 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17012,7 +17020,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the\n",
     "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
@@ -17020,9 +17028,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
     "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
     "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
-    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
-    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
-    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));\n",
     "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
     "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
     "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
@@ -17030,7 +17038,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2275 \"springls.h\"\n",
+    "#line 2274 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17045,7 +17053,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2290 \"springls.h\"\n",
+    "#line 2289 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17071,7 +17079,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the\n",
     "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
@@ -17079,9 +17087,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
     "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
     "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
-    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
-    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
-    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));\n",
     "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
     "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
     "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
@@ -17089,7 +17097,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2334 \"springls.h\"\n",
+    "#line 2333 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17153,15 +17161,15 @@ static const char *const springls__kernel_lines[] = {
     "    plan.edge[0] = springls__sub(t.b, t.a);\n",
     "    plan.edge[1] = springls__sub(t.c, t.b);\n",
     "    plan.edge[2] = springls__sub(t.a, t.c);\n",
-    "    plan.side[0] = springls__cross(plan.n, plan.edge[0]);\n",
-    "    plan.side[1] = springls__cross(plan.n, plan.edge[1]);\n",
-    "    plan.side[2] = springls__cross(plan.n, plan.edge[2]);\n",
+    "    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);\n",
+    "    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);\n",
+    "    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);\n",
     "    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);\n",
     "    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);\n",
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2406 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17176,7 +17184,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2422 \"springls.h\"\n",
+    "#line 2421 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17239,7 +17247,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2485 \"springls.h\"\n",
+    "#line 2484 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17254,7 +17262,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2500 \"springls.h\"\n",
+    "#line 2499 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17317,7 +17325,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2564 \"springls.h\"\n",
+    "#line 2563 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17625,7 +17633,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2873 \"springls.h\"\n",
+    "#line 2872 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17648,12 +17656,20 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
     "}\n",
     "\n",
+    "/* Finds the place of a brick in the top table, counted in bricks. */\n",
+    "SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])\n",
+    "{\n",
+    "    place[0] = brick % g->bricks[0];\n",
+    "    place[1] = brick / g->bricks[0] % g->bricks[1];\n",
+    "    place[2] = brick / (g->bricks[0] * g->bricks[1]);\n",
+    "}\n",
+    "\n",
     "/* Finds the first voxel of a brick of the top table. */\n",
     "SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])\n",
     "{\n",
-    "    origin[0] = 8 * (brick % g->bricks[0]);\n",
-    "    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
-    "    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "    int axis;\n",
+    "    springls__brick_place(g, brick, origin);\n",
+    "    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
@@ -17755,7 +17771,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
-    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
     "SPRINGLS__MATHS int springls__tile_step(int d)\n",
     "{\n",
     "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
@@ -17804,14 +17820,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the smallest of the six neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "/* Returns the largest of the six neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
@@ -17827,7 +17843,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns where a voxel and one of its six neighbours lie on different sides. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)\n",
     "{\n",
-    "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
+    "    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));\n",
     "}\n",
     "\n",
     "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
@@ -18003,7 +18019,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3252 \"springls.h\"\n",
+    "#line 3259 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18012,7 +18028,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3268 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18027,7 +18043,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3277 \"springls.h\"\n",
+    "#line 3284 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18040,7 +18056,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3290 \"springls.h\"\n",
+    "#line 3297 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18055,7 +18071,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3305 \"springls.h\"\n",
+    "#line 3312 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18068,7 +18084,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3318 \"springls.h\"\n",
+    "#line 3325 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18280,7 +18296,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4013 \"springls.h\"\n",
+    "#line 4020 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18455,7 +18471,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4189 \"springls.h\"\n",
+    "#line 4196 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18538,7 +18554,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4273 \"springls.h\"\n",
+    "#line 4280 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18712,7 +18728,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4448 \"springls.h\"\n",
+    "#line 4455 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18788,7 +18804,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4525 \"springls.h\"\n",
+    "#line 4532 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18814,7 +18830,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4552 \"springls.h\"\n",
+    "#line 4559 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18883,7 +18899,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4622 \"springls.h\"\n",
+    "#line 4629 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19011,7 +19027,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4751 \"springls.h\"\n",
+    "#line 4758 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19066,7 +19082,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4807 \"springls.h\"\n",
+    "#line 4814 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19081,7 +19097,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4822 \"springls.h\"\n",
+    "#line 4829 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19096,7 +19112,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4838 \"springls.h\"\n",
+    "#line 4845 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19107,7 +19123,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4849 \"springls.h\"\n",
+    "#line 4856 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19122,7 +19138,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4864 \"springls.h\"\n",
+    "#line 4871 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19133,7 +19149,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4875 \"springls.h\"\n",
+    "#line 4882 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19236,7 +19252,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4979 \"springls.h\"\n",
+    "#line 4986 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19715,7 +19731,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5459 \"springls.h\"\n",
+    "#line 5466 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19813,7 +19829,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5558 \"springls.h\"\n",
+    "#line 5565 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19942,7 +19958,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5688 \"springls.h\"\n",
+    "#line 5695 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20132,7 +20148,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5879 \"springls.h\"\n",
+    "#line 5886 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20241,7 +20257,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5989 \"springls.h\"\n",
+    "#line 5996 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20314,12 +20330,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
+    "/* Returns the sum of a vector, whose x is `member`. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)\n",
+    "{\n",
+    "    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],\n",
+    "                             sums[springls__sum_at(member + 2, i)]);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);\n",
-    "    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);\n",
-    "    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);\n",
+    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);\n",
+    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);\n",
+    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);\n",
     "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
     "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
     "    return m;\n",
@@ -20582,7 +20605,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec lo = springls__least(v), hi = springls__most(v);\n",
+    "        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);\n",
     "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
     "        some = some || springls__vec_any(bubble | crumb);\n",
     "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
@@ -20610,7 +20633,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6359 \"springls.h\"\n",
+    "#line 6373 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20761,7 +20784,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6511 \"springls.h\"\n",
+    "#line 6525 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20791,7 +20814,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6541 \"springls.h\"\n",
+    "#line 6555 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20806,7 +20829,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6557 \"springls.h\"\n",
+    "#line 6571 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20975,7 +20998,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6726 \"springls.h\"\n",
+    "#line 6740 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20990,7 +21013,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6741 \"springls.h\"\n",
+    "#line 6755 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21159,7 +21182,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6910 \"springls.h\"\n",
+    "#line 6924 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21193,7 +21216,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__turned_round(s);\n",
     "}\n",
-    "#line 6945 \"springls.h\"\n",
+    "#line 6959 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21301,7 +21324,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7054 \"springls.h\"\n",
+    "#line 7068 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21398,7 +21421,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7152 \"springls.h\"\n",
+    "#line 7166 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21423,7 +21446,6 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "}\n",
-    "\n",
     "\n",
     "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
     "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
@@ -21450,12 +21472,12 @@ static const char *const springls__kernel_lines[] = {
     "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
     "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
-    "        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
+    "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -21473,7 +21495,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7228 \"springls.h\"\n",
+    "#line 7241 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -21706,7 +21728,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7475 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21964,7 +21986,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7721 \"springls.h\"\n",
+    "#line 7734 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22046,7 +22068,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22050 \"springls.h\"\n",
+    "#line 22072 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

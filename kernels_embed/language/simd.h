@@ -78,7 +78,6 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
     return *(const springls__vec_anywhere *)(const void *)from;
 }
 
-
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)

@@ -78,7 +78,7 @@
     X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
     X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
     /* output */                                                                                                                 \
-    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \
+    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
 
 #endif

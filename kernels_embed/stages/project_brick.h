@@ -79,12 +79,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
+/* Returns the sum of a vector, whose x is `member`. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+{
+    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
+                             sums[springls__sum_at(member + 2, i)]);
+}
+
 SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
-    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
-    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
     m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
     m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
@@ -347,7 +354,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vec_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));

@@ -58,7 +58,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 }
 
 /* Copies a checked description, with its defaults filled in. */
-SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc *desc)
 {
     ctx->desc = *desc;
     ctx->desc.params = NULL;
@@ -81,7 +81,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     memset(&made, 0, sizeof made);
     fault = springls__desc_fault(desc, &made);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
-    springls__adopt_desc(&made, desc);
+    springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
     *ctx = made;

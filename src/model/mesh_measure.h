@@ -35,14 +35,14 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
     return true;
 }
 
-/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
+/* Adds the area of one triangle and six times its volume over the center; counts it when it has no area. */
 SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
-                                     const double centre[3])
+                                     const double center[3])
 {
     double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
     int i, c;
     for (i = 0; i < 3; ++i)
-        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
+        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - center[c];
     for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
     for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
     for (i = 0; i < 3; ++i) {
@@ -56,13 +56,13 @@ SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float 
 }
 
 /* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
-SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
+SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *half_edges, size_t count)
 {
     size_t i = 0;
     while (i < count) {
-        uint64_t edge = sides[i] >> 1;
+        uint64_t edge = half_edges[i] >> 1;
         int ways[2] = { 0, 0 };
-        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
+        for (; i < count && half_edges[i] >> 1 == edge; ++i) ++ways[half_edges[i] & 1];
         ++report->edges;
         report->boundary_edges += ways[0] + ways[1] == 1;
         report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
@@ -72,12 +72,12 @@ SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, cons
 }
 
 /* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
-   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
+   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of half_edges. */
 SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
-                                         uint64_t *sides, springls__mesh_report *report)
+                                         uint64_t *half_edges, springls__mesh_report *report)
 {
-    size_t side_count = 0;
-    double centre[3];
+    size_t half_edge_count = 0;
+    double center[3];
     int32_t v[3], i;
     int t, c;
     memset(report, 0, sizeof *report);
@@ -89,7 +89,7 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         for (i = 0; i < 3; ++i) {
             int32_t a = v[i], b = v[(i + 1) % 3];
             uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
-            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
+            half_edges[half_edge_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
             if (parent[a] >= 0) continue;
             parent[a] = a;
             for (c = 0; c < 3; ++c) {
@@ -105,13 +105,13 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         }
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
-    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
+    for (c = 0; c < 3; ++c) center[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
     for (t = 0; t < m; ++t)
         if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
-            springls__mesh_add(report, positions, v, centre);
+            springls__mesh_add(report, positions, v, center);
     report->volume /= 6.0;
-    springls__sort_keys(sides, side_count);
-    springls__mesh_count_edges(report, sides, side_count);
+    springls__sort_keys(half_edges, half_edge_count);
+    springls__mesh_count_edges(report, half_edges, half_edge_count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
 

@@ -23,11 +23,11 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_sides, (size_t)raw.triangle_count * 3));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
     springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
     springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
-                           springls__mesh_parent(&ctx->model), springls__mesh_sides(&ctx->model), &report);
+                           springls__mesh_parent(&ctx->model), springls__mesh_half_edges(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
