@@ -1556,11 +1556,11 @@ typedef union springls__arguments {
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
    springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
-   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
-    /* what several stages build on the way */                                                                                   \
+    /* built by several stages */                                                                                                \
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
     X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
@@ -1594,7 +1594,7 @@ typedef union springls__arguments {
     X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
-    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -1630,7 +1630,7 @@ typedef union springls__arguments {
     /* volume_lock */                                                                                                            \
     X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
     X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
+    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
@@ -1641,7 +1641,7 @@ typedef union springls__arguments {
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
-  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
+  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
@@ -1650,7 +1650,7 @@ typedef union springls__arguments {
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
-  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  /* Calls springls_cl_desc.velocity_source for advect.h. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
       static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
@@ -1686,7 +1686,7 @@ typedef union springls__arguments {
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
-  /* Never called: on the host it is a callback. */
+  /* Defines a function that is never called: on the host the velocity is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
       {                                                                                                                   \
@@ -2192,7 +2192,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
-/* A table for springls__vec_from. */
+/* Holds the numbers that springls__vec_from reads. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
 /* Returns first, first + 1, ..., for the places along a row of eight. */
@@ -2577,8 +2577,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
-    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
-    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */
 
 /* Lists what a grid has for each slot. */
 #define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
@@ -2653,12 +2653,12 @@ typedef struct springls__record {
 #undef SPRINGLS__RECORD_MEMBER
 } springls__record;
 
-/* Kinds of springls: springls_kind of the interface. */
+/* Names the kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
 
-/* What is done with a springl, or with a seed of one. */
+/* Names what is done with a springl, or with a seed of one. */
 #define SPRINGLS__REMOVE 0
 #define SPRINGLS__KEEP 1
 #define SPRINGLS__RESHAPE 2
@@ -2814,14 +2814,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks particle i as one that phi follows: notes its place. */
+/* Marks phi as synced with particle i: stores its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* Finds how far particle i has come since then, squared. */
+/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -3328,16 +3328,17 @@ SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springl
     return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);
 }
 
-/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     springls__v3 middle = springls__add(k2, k3);
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;
-   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its
-   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */
+/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
+   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
+   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi
+   hardly changes, and the error of the normal would decide. */
 SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
@@ -3381,7 +3382,7 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Mean curvature of phi at x: the Laplacian of a distance. */
+/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
@@ -3394,7 +3395,7 @@ SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
-/* What moves springls (eq. 1), where no callback has a part in it. */
+/* Names the flows that kernels compute without a callback (eq. 1). */
 #define SPRINGLS__FLOW_NONE 0
 #define SPRINGLS__FLOW_DEFORMATION 1
 #define SPRINGLS__FLOW_ROTATION 2
@@ -3411,7 +3412,7 @@ typedef struct springls__force_rule {
 
 SPRINGLS__USER_VELOCITY
 
-/* sigma of eq. 1. */
+/* Returns sigma of eq. 1 at x. */
 SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                                float time)
 {
@@ -3429,7 +3430,7 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
 }
 
-/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
 SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                               springls__v3 n, springls__v3 out)
 {
@@ -3458,7 +3459,8 @@ SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
     return finite != 0;
 }
 
-/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
+   and the push at the particle. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
                                                      springls__movers at, float time)
 {
@@ -3477,7 +3479,7 @@ SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *mode
     return slope;
 }
 
-/* x + s k, for all. */
+/* Returns all points, moved by s times their slopes. */
 SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
 {
     int m;
@@ -3654,8 +3656,8 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
-    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
-    springls__pieces loop;  /* that the phase before has ended with                                             */
+    float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
+    springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
 
 /* The motion of advect: its forces, its numbers, and what has come of it. */
@@ -3699,9 +3701,9 @@ typedef struct springls__stepping {
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
-    float longest_substep;  /* as the force permits                                                             */
+    float longest_substep;  /* that the force permits                                                           */
     int substeps;           /* so far                                                                           */
-    bool resamples;         /* this sub-step does                                                               */
+    bool resamples;         /* this sub-step contracts and resamples                                            */
     bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
     int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
@@ -4083,7 +4085,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over at least all springls whose particle lies within r of x. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -4154,7 +4156,8 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
         if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
 }
 
-/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
+   ends. */
 SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
@@ -4324,7 +4327,7 @@ SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, spring
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */
@@ -4504,7 +4507,7 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     }
 }
 
-/* phi_next from phi and omega. */
+/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *memory)
 {
@@ -4932,8 +4935,8 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
-   minus twice far_value. */
+/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
+   old one plus or minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
@@ -5036,7 +5039,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Returns their variance in the direction in which it is least. */
+/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -5213,7 +5216,7 @@ typedef struct springls__sample_set {
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* Adds one; false when the set is full. */
+/* Adds a springl to the set; false when the set is full. */
 SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
                                               float weight, int id)
 {
@@ -5704,7 +5707,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
@@ -5809,9 +5812,9 @@ SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
     return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
 }
 
-/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
-   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
-   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
+/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all
+   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put
+   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */
 SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
 {
     return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
@@ -5823,8 +5826,8 @@ SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edg
     return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
 }
 
-/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
-   first: every cube around the edge finds the same bits. */
+/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole
+   numbers first, so that all cubes around the edge get the same bits. */
 SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
 {
     int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
@@ -5856,7 +5859,7 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* The same cube from the grid itself: slower, without a tile. */
+/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
@@ -6015,7 +6018,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
     return springls__oriented_springls(model);
 }
 
-/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the
+   large springls. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
 typedef struct springls__near_ranges {
@@ -6138,11 +6142,13 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Return the first and the last voxel of the brick that it comes near. */
+/* Returns the first voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+
+/* Returns the last voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
-/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
                                             bool nearest, SPRINGLS__LOCAL float *sums)
 {
@@ -6348,7 +6354,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     return some;
 }
 
-/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
+/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
@@ -7072,7 +7078,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
-/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
 SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
 {
     return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
@@ -7188,7 +7194,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
@@ -7200,7 +7206,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     uint32_t k;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
+    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
@@ -7239,12 +7245,12 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 
 /* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */
 
 /* Blocks closer than this to a springl stop the background. */
 #define SPRINGLS__SHELL 1.5f
 
-/* Of a brick. */
+/* States of a brick. */
 #define SPRINGLS__OPEN 0
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
@@ -7269,7 +7275,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+/* Makes a block of step^3 bricks background; false when one of them is blocked. */
 SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
@@ -7315,7 +7321,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
+   -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
@@ -7325,7 +7332,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all know the slot */
+    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */
     if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
     for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
@@ -7336,7 +7343,7 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
-/* Is the background beside a block of b^3 voxels? */
+/* Returns true when the background is beside a block of b^3 voxels. */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
     return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
@@ -7409,7 +7416,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-/* Voxels that springls are near take the side of the nearest ones. */
+/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *side)
 {
@@ -7457,7 +7464,7 @@ SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
-/* The side becomes the sign of the distance. */
+/* Makes phi of active brick i a distance: omega with the sign of phi. */
 SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {
@@ -7578,7 +7585,7 @@ SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, 
     return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
 }
 
-/* Returns the case of the cube at x between them. */
+/* Returns the case of the cube at x between the four rows. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
     uint32_t mask = 0u;
@@ -7992,7 +7999,8 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Does so with the first `count` numbers of an array; fails when *total, the sum of all, is more than an int holds. */
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
 {
     uint64_t sum;
@@ -8446,7 +8454,7 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* Returns the largest displacement of a particle since then, in voxels. */
+/* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
@@ -8876,7 +8884,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamps far outside any model, so that squares of distances stay finite. */
+/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
@@ -12258,7 +12266,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
-    springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
+    springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
@@ -12292,7 +12300,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* x*x - y by two roundings differs from one fused operation exactly when the compiler contracts. */
+/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
     volatile float x = 1.0f + 1.0f / 4096.0f;
@@ -12564,7 +12572,7 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
@@ -16332,11 +16340,11 @@ static const char *const springls__kernel_lines[] = {
     "#line 1557 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
-    "   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
     "\n",
     "/* Lists the roles that kernels use. */\n",
     "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
-    "    /* what several stages build on the way */                                                                                   \\\n",
+    "    /* built by several stages */                                                                                                \\\n",
     "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
     "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
     "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
@@ -16370,7 +16378,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \\\n",
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
-    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \\\n",
+    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -16406,7 +16414,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* volume_lock */                                                                                                            \\\n",
     "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
     "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
-    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \\\n",
+    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
@@ -16416,7 +16424,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#ifdef __OPENCL_VERSION__\n",
     "  #pragma OPENCL FP_CONTRACT OFF\n",
-    "  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
+    "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
     "  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
@@ -16425,7 +16433,7 @@ static const char *const springls__kernel_lines[] = {
     "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
     "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
-    "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
+    "  /* Calls springls_cl_desc.velocity_source for advect.h. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \\\n",
     "      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \\\n",
@@ -16461,7 +16469,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
     "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
-    "  /* Never called: on the host it is a callback. */\n",
+    "  /* Defines a function that is never called: on the host the velocity is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
     "      {                                                                                                                   \\\n",
@@ -16962,7 +16970,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
     "#line 2194 \"springls.h\"\n",
     "\n",
-    "/* A table for springls__vec_from. */\n",
+    "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
@@ -17343,8 +17351,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
-    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \\\n",
-    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */\n",
+    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \\\n",
+    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */\n",
     "\n",
     "/* Lists what a grid has for each slot. */\n",
     "#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \\\n",
@@ -17419,12 +17427,12 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__RECORD_MEMBER\n",
     "} springls__record;\n",
     "\n",
-    "/* Kinds of springls: springls_kind of the interface. */\n",
+    "/* Names the kinds of springls: springls_kind of the interface. */\n",
     "#define SPRINGLS__KIND_ORIGINAL 0u\n",
     "#define SPRINGLS__KIND_SPLIT 1u\n",
     "#define SPRINGLS__KIND_FILLED 2u\n",
     "\n",
-    "/* What is done with a springl, or with a seed of one. */\n",
+    "/* Names what is done with a springl, or with a seed of one. */\n",
     "#define SPRINGLS__REMOVE 0\n",
     "#define SPRINGLS__KEEP 1\n",
     "#define SPRINGLS__RESHAPE 2\n",
@@ -17580,14 +17588,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* Marks particle i as one that phi follows: notes its place. */\n",
+    "/* Marks phi as synced with particle i: stores its place. */\n",
     "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
-    "/* Finds how far particle i has come since then, squared. */\n",
+    "/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -18091,16 +18099,17 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);\n",
     "}\n",
     "\n",
-    "/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
     "SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
     "{\n",
     "    springls__v3 middle = springls__add(k2, k3);\n",
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;\n",
-    "   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its\n",
-    "   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */\n",
+    "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
+    "   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into\n",
+    "   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi\n",
+    "   hardly changes, and the error of the normal would decide. */\n",
     "SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)\n",
     "{\n",
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
@@ -18144,7 +18153,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Mean curvature of phi at x: the Laplacian of a distance. */\n",
+    "/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */\n",
     "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, g->phi, x);\n",
@@ -18157,7 +18166,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
     "}\n",
     "\n",
-    "/* What moves springls (eq. 1), where no callback has a part in it. */\n",
+    "/* Names the flows that kernels compute without a callback (eq. 1). */\n",
     "#define SPRINGLS__FLOW_NONE 0\n",
     "#define SPRINGLS__FLOW_DEFORMATION 1\n",
     "#define SPRINGLS__FLOW_ROTATION 2\n",
@@ -18174,7 +18183,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
-    "/* sigma of eq. 1. */\n",
+    "/* Returns sigma of eq. 1 at x. */\n",
     "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                               float time)\n",
     "{\n",
@@ -18192,7 +18201,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
     "}\n",
     "\n",
-    "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                              springls__v3 n, springls__v3 out)\n",
     "{\n",
@@ -18221,7 +18230,8 @@ static const char *const springls__kernel_lines[] = {
     "    return finite != 0;\n",
     "}\n",
     "\n",
-    "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
+    "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
+    "   and the push at the particle. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                     springls__movers at, float time)\n",
     "{\n",
@@ -18240,7 +18250,7 @@ static const char *const springls__kernel_lines[] = {
     "    return slope;\n",
     "}\n",
     "\n",
-    "/* x + s k, for all. */\n",
+    "/* Returns all points, moved by s times their slopes. */\n",
     "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
     "{\n",
     "    int m;\n",
@@ -18296,7 +18306,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4020 \"springls.h\"\n",
+    "#line 4022 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18363,7 +18373,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->cells->ids[walk->next++];\n",
     "}\n",
     "\n",
-    "/* Begins a walk over all springls whose particle may lie within r of x, and some more. */\n",
+    "/* Begins a walk over at least all springls whose particle lies within r of x. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
@@ -18434,7 +18444,8 @@ static const char *const springls__kernel_lines[] = {
     "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);\n",
     "}\n",
     "\n",
-    "/* Puts it into those lists; entry r + 1 moves on to where the list ends. */\n",
+    "/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list\n",
+    "   ends. */\n",
     "SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18471,7 +18482,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4196 \"springls.h\"\n",
+    "#line 4199 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18554,7 +18565,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4280 \"springls.h\"\n",
+    "#line 4283 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18602,7 +18613,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */\n",
     "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
     "    const float range = 1.5f; /* voxels */\n",
@@ -18728,7 +18739,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4455 \"springls.h\"\n",
+    "#line 4458 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18781,7 +18792,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi and omega. */\n",
+    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -18804,7 +18815,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4532 \"springls.h\"\n",
+    "#line 4535 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18830,7 +18841,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4559 \"springls.h\"\n",
+    "#line 4562 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18899,7 +18910,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4629 \"springls.h\"\n",
+    "#line 4632 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19027,7 +19038,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4758 \"springls.h\"\n",
+    "#line 4761 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19082,7 +19093,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4814 \"springls.h\"\n",
+    "#line 4817 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19097,7 +19108,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4829 \"springls.h\"\n",
+    "#line 4832 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19112,7 +19123,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4845 \"springls.h\"\n",
+    "#line 4848 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19123,7 +19134,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4856 \"springls.h\"\n",
+    "#line 4859 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19138,7 +19149,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4871 \"springls.h\"\n",
+    "#line 4874 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19149,7 +19160,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4882 \"springls.h\"\n",
+    "#line 4885 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19203,8 +19214,8 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or\n",
-    "   minus twice far_value. */\n",
+    "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
+    "   old one plus or minus twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
@@ -19252,7 +19263,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4986 \"springls.h\"\n",
+    "#line 4989 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19306,7 +19317,7 @@ static const char *const springls__kernel_lines[] = {
     "    return patch;\n",
     "}\n",
     "\n",
-    "/* Returns their variance in the direction in which it is least. */\n",
+    "/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */\n",
     "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
     "{\n",
     "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
@@ -19483,7 +19494,7 @@ static const char *const springls__kernel_lines[] = {
     "    int id[SPRINGLS__SAMPLE_SET_SIZE], count;\n",
     "} springls__sample_set;\n",
     "\n",
-    "/* Adds one; false when the set is full. */\n",
+    "/* Adds a springl to the set; false when the set is full. */\n",
     "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                              float weight, int id)\n",
     "{\n",
@@ -19731,7 +19742,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5466 \"springls.h\"\n",
+    "#line 5469 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19829,7 +19840,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5565 \"springls.h\"\n",
+    "#line 5568 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19958,7 +19969,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5695 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19971,7 +19982,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;\n",
     "\n",
-    "/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
+    "/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */\n",
     "SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {\n",
     "    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,\n",
     "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,\n",
@@ -20076,9 +20087,9 @@ static const char *const springls__kernel_lines[] = {
     "    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;\n",
     "}\n",
     "\n",
-    "/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so\n",
-    "   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise\n",
-    "   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */\n",
+    "/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all\n",
+    "   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put\n",
+    "   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */\n",
     "SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)\n",
     "{\n",
     "    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);\n",
@@ -20090,8 +20101,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);\n",
     "}\n",
     "\n",
-    "/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added\n",
-    "   first: every cube around the edge finds the same bits. */\n",
+    "/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole\n",
+    "   numbers first, so that all cubes around the edge get the same bits. */\n",
     "SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)\n",
     "{\n",
     "    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);\n",
@@ -20123,7 +20134,7 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "/* The same cube from the grid itself: slower, without a tile. */\n",
+    "/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */\n",
     "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
@@ -20148,7 +20159,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5886 \"springls.h\"\n",
+    "#line 5889 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20257,7 +20268,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5996 \"springls.h\"\n",
+    "#line 5999 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20280,7 +20291,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__oriented_springls(model);\n",
     "}\n",
     "\n",
-    "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
+    "/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the\n",
+    "   large springls. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
     "typedef struct springls__near_ranges {\n",
@@ -20403,11 +20415,13 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* Return the first and the last voxel of the brick that it comes near. */\n",
+    "/* Returns the first voxel of the brick that such a place comes near along one axis. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "\n",
+    "/* Returns the last voxel of the brick that such a place comes near along one axis. */\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
-    "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
+    "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
     "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -20613,7 +20627,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
+    "/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20633,7 +20647,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6373 \"springls.h\"\n",
+    "#line 6379 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20784,7 +20798,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6525 \"springls.h\"\n",
+    "#line 6531 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20814,7 +20828,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6555 \"springls.h\"\n",
+    "#line 6561 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20829,7 +20843,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6571 \"springls.h\"\n",
+    "#line 6577 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20998,7 +21012,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6740 \"springls.h\"\n",
+    "#line 6746 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21013,7 +21027,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6755 \"springls.h\"\n",
+    "#line 6761 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21182,7 +21196,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6924 \"springls.h\"\n",
+    "#line 6930 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21216,7 +21230,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__turned_round(s);\n",
     "}\n",
-    "#line 6959 \"springls.h\"\n",
+    "#line 6965 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21324,7 +21338,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7068 \"springls.h\"\n",
+    "#line 7074 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21332,7 +21346,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
     "\n",
-    "/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
     "{\n",
     "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
@@ -21421,7 +21435,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7166 \"springls.h\"\n",
+    "#line 7172 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21447,7 +21461,7 @@ static const char *const springls__kernel_lines[] = {
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
+    "/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */\n",
     "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21459,7 +21473,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t k;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
+    "    SPRINGLS__BARRIER; /* all items have read it before one writes omega */\n",
     "    if (!unknown) return;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
@@ -21495,14 +21509,14 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7241 \"springls.h\"\n",
+    "#line 7247 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
-    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
+    "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
     "/* Blocks closer than this to a springl stop the background. */\n",
     "#define SPRINGLS__SHELL 1.5f\n",
     "\n",
-    "/* Of a brick. */\n",
+    "/* States of a brick. */\n",
     "#define SPRINGLS__OPEN 0\n",
     "#define SPRINGLS__BLOCKED 1\n",
     "#define SPRINGLS__BACKGROUND 2\n",
@@ -21527,7 +21541,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
-    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
+    "/* Makes a block of step^3 bricks background; false when one of them is blocked. */\n",
     "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
     "{\n",
     "    int hi[3], x, y, z, axis;\n",
@@ -21573,7 +21587,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
-    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
+    "/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
+    "   -1. */\n",
     "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21583,7 +21598,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all know the slot */\n",
+    "    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */\n",
     "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
@@ -21594,7 +21609,7 @@ static const char *const springls__kernel_lines[] = {
     "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
     "\n",
-    "/* Is the background beside a block of b^3 voxels? */\n",
+    "/* Returns true when the background is beside a block of b^3 voxels. */\n",
     "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
     "{\n",
     "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
@@ -21667,7 +21682,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxels that springls are near take the side of the nearest ones. */\n",
+    "/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -21715,7 +21730,7 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* The side becomes the sign of the distance. */\n",
+    "/* Makes phi of active brick i a distance: omega with the sign of phi. */\n",
     "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21728,7 +21743,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7475 \"springls.h\"\n",
+    "#line 7482 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21835,7 +21850,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
     "}\n",
     "\n",
-    "/* Returns the case of the cube at x between them. */\n",
+    "/* Returns the case of the cube at x between the four rows. */\n",
     "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
     "{\n",
     "    uint32_t mask = 0u;\n",
@@ -21986,7 +22001,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7734 \"springls.h\"\n",
+    "#line 7741 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22068,7 +22083,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22072 \"springls.h\"\n",
+    "#line 22087 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -259,7 +259,7 @@ SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
-/* The first bytes of the device's memory, to the host or from it; what is on its way has arrived on return. */
+/* Copies the first bytes of device memory to the host, and waits for that. */
 SPRINGLS__FN springls_status springls__cl_download(springls_context *ctx, void *memory, size_t bytes, void *to, const char *doing)
 {
     springls__cl *cl = springls__cl_of(ctx);
@@ -315,7 +315,8 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
     return error;
 }
 
-/* A core takes as many elements as a task of the scalar backend has, a GPU's work item one. */
+/* Launches a kernel: a core of a processor takes as many elements at once as a task of the scalar backend, a GPU's work item
+   one. */
 SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count,
                                                  springls__arguments args, bool brick)
 {
@@ -337,7 +338,7 @@ SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel,
 
 /* ---- collectives: sequences of the kernels of collectives.cl and regions.cl ---- */
 
-/* args NULL: the kernel takes none. */
+/* Runs a collective; args NULL: the kernel takes none. */
 SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
                                                   const springls__arguments *args)
 {
@@ -345,7 +346,8 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
     cl_kernel kernel = springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective];
     springls__arguments none;
     memset(&none, 0, sizeof none);
-    return count > 0 ? springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, args ? *args : none, false) : SPRINGLS_OK;
+    if (count <= 0) return SPRINGLS_OK;
+    return springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, args ? *args : none, false);
 }
 
 /* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
@@ -375,7 +377,8 @@ SPRINGLS__FN springls__arguments springls__cl_chunks(springls__array array, int 
     return args;
 }
 
-SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, springls__array array, int count, uint8_t value, int *found)
+SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, springls__array array, int count, uint8_t value,
+                                                   int *found)
 {
     springls__arguments args = springls__cl_chunks(array, count);
     uint32_t sum;
@@ -603,7 +606,7 @@ SPRINGLS__FN void springls__cl_say(const springls_logger *logger, int level, con
     logger->log(logger->user, level, line);
 }
 
-/* NULL, or the name of what is missing. */
+/* Loads the library and its functions; returns the name of what is missing, or NULL. */
 SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library)
 {
     void *symbol = NULL;
@@ -619,19 +622,19 @@ SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library
     return NULL;
 }
 
-#define SPRINGLS__CL_MOST 16 /* platforms, and devices of one, that are looked at */
+#define SPRINGLS__CL_MAX_DEVICES 16 /* platforms, and devices of a context, that are looked at */
 
-/* The first device of the kind; with ANY a GPU before others. */
+/* Chooses the first device of the kind; with ANY a GPU before others. */
 SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
 {
     static const cl_device_type types[3][2] = {
         { CL_DEVICE_TYPE_GPU, CL_DEVICE_TYPE_ALL }, { CL_DEVICE_TYPE_GPU, 0 }, { CL_DEVICE_TYPE_CPU, 0 }
     };
-    cl_platform_id platforms[SPRINGLS__CL_MOST];
+    cl_platform_id platforms[SPRINGLS__CL_MAX_DEVICES];
     cl_uint count = 0, i;
     int choice;
-    if (cl->GetPlatformIDs(SPRINGLS__CL_MOST, platforms, &count) != CL_SUCCESS) return false;
-    if (count > SPRINGLS__CL_MOST) count = SPRINGLS__CL_MOST;
+    if (cl->GetPlatformIDs(SPRINGLS__CL_MAX_DEVICES, platforms, &count) != CL_SUCCESS) return false;
+    if (count > SPRINGLS__CL_MAX_DEVICES) count = SPRINGLS__CL_MAX_DEVICES;
     for (choice = 0; choice < 2 && types[kind][choice]; choice++)
         for (i = 0; i < count; i++) {
             cl_uint devices = 0;
@@ -648,7 +651,7 @@ SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
     cl_platform_id id = NULL;
     cl_device_type type = 0;
     cl_device_fp_config config = 0;
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL); /* names may fail: they are only said */
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL); /* names may fail: they are only for messages */
     if (id) cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
     cl->GetDeviceInfo(cl->device, CL_DEVICE_NAME, sizeof device - 1, device, NULL);
     error = cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
@@ -710,7 +713,7 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     return error;
 }
 
-/* Has the device room for a work group on a brick? */
+/* Returns CL_SUCCESS when the device has room for a work group on a brick, else an error. */
 SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
 {
 #define SPRINGLS__CL_FLOATS(name, grain, writes, floats) (floats),
@@ -725,7 +728,7 @@ SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
     return items < cl->group ? CL_INVALID_WORK_GROUP_SIZE : CL_SUCCESS;
 }
 
-/* The caller's queue, if it is one that kernels and transfers can rely on. */
+/* Takes the caller's queue; fails when it is not in order, or of another context or device. */
 SPRINGLS__FN cl_int springls__cl_take_queue(springls__cl *cl, cl_command_queue queue)
 {
     cl_command_queue_properties properties = 0;
@@ -742,12 +745,12 @@ SPRINGLS__FN cl_int springls__cl_take_queue(springls__cl *cl, cl_command_queue q
     return error;
 }
 
-/* The caller's context and queue, or new ones. */
+/* Takes the caller's context and queue, or makes new ones. */
 SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc *desc)
 {
     cl_int error = CL_SUCCESS;
     if (desc->context) {
-        cl_device_id devices[SPRINGLS__CL_MOST] = { (cl_device_id)desc->device };
+        cl_device_id devices[SPRINGLS__CL_MAX_DEVICES] = { (cl_device_id)desc->device };
         cl_context context = (cl_context)desc->context;
         if (!desc->device) error = cl->GetContextInfo(context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
         cl->device = devices[0];

@@ -51,7 +51,7 @@ SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, spring
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */

@@ -58,7 +58,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Returns their variance in the direction in which it is least. */
+/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -235,7 +235,7 @@ typedef struct springls__sample_set {
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* Adds one; false when the set is full. */
+/* Adds a springl to the set; false when the set is full. */
 SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
                                               float weight, int id)
 {

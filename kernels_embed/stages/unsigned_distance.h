@@ -28,7 +28,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
@@ -40,7 +40,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     uint32_t k;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
+    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
