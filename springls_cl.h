@@ -296,8 +296,8 @@ SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls
     return springls__cl_send(ctx, buffer->device, bytes, data);
 }
 
-SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__arguments args,
-                                           cl_int count, cl_int grain)
+SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx,
+                                           springls__arguments args, cl_int count, cl_int grain)
 {
     springls__shape shape = springls__shape_of(&ctx->model);
     springls_params params = ctx->model.params;
