@@ -34,7 +34,7 @@ endif
 export OMP_WAIT_POLICY ?= passive
 
 .PHONY: help deps deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
-        segmentation imaging install format clean \
+        segmentation imaging install uninstall format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -88,9 +88,20 @@ include tests/bench/bench.mk
 
 # ---- the rest ----
 
-install: springls.h   ## copy the headers to $(DESTDIR)$(PREFIX)/include
-	install -d $(DESTDIR)$(PREFIX)/include
-	install -m 644 springls.h springls_cl.h $(DESTDIR)$(PREFIX)/include
+# What is installed is the file as it is: springls.h is no prerequisite.
+INCLUDES   = $(DESTDIR)$(PREFIX)/include
+PKG_CONFIG = $(DESTDIR)$(PREFIX)/share/pkgconfig
+VERSION    = $(shell sed -n 's/^#define SPRINGLS_VERSION_[A-Z]* \([0-9]*\)$$/\1/p' springls.h | paste -s -d .)
+
+install:   ## copy the headers to $(DESTDIR)$(PREFIX)/include, and springls.pc for pkg-config
+	install -d '$(INCLUDES)' '$(PKG_CONFIG)'
+	install -m 644 springls.h springls_cl.h '$(INCLUDES)'
+	printf '%s\n' 'includedir=$(PREFIX)/include' '' 'Name: springls' \
+	  'Description: Spring Level Sets: deformable surfaces in a C99 header' 'Version: $(VERSION)' \
+	  'Cflags: -I$${includedir}' 'Libs: -lm' > '$(PKG_CONFIG)/springls.pc'
+
+uninstall:   ## remove what install has copied
+	rm -f '$(INCLUDES)/springls.h' '$(INCLUDES)/springls_cl.h' '$(PKG_CONFIG)/springls.pc'
 
 format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are better laid out by hand)
 	$(if $(FILES),clang-format -i $(FILES),@echo 'which? make format FILES="src/new.h"'; exit 2)

@@ -15110,6 +15110,7 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
 /* ======== >>mesh_measure  (src/model/mesh_measure.h) =========================================================== */
 /* mesh_measure.h - measures an indexed triangle mesh, and counts its faults. Allocates nothing. */
 
+/* Holds measures, in the units of the positions, and counts. */
 typedef struct springls__mesh_report {
     double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
                                   unbalanced edges                                                              */
@@ -15122,7 +15123,7 @@ typedef struct springls__mesh_report {
     int boundary_edges;        /* used by one triangle                                                          */
     int misoriented_edges;     /* used by two triangles that run along it the same way                          */
     int nonmanifold_edges;     /* used by three or more                                                         */
-    int unbalanced_edges;      /* run along unequally often each way; none: the mesh has an inside              */
+    int unbalanced_edges;      /* used more often in one direction; none: the mesh has an inside                */
     int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
@@ -15140,7 +15141,10 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
     return true;
 }
 
-/* Adds the area of one triangle and six times its volume over the center; counts it when it has no area. */
+/* Returns whether two of the three vertices are the same. */
+SPRINGLS__FN bool springls__mesh_repeats(const int32_t v[3]) { return v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; }
+
+/* Adds the area of one triangle and six times its volume about the center; counts it as degenerate when it has no area. */
 SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
                                      const double center[3])
 {
@@ -15160,49 +15164,60 @@ SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float 
     report->volume += p[0][0] * x[0] + p[0][1] * x[1] + p[0][2] * x[2];
 }
 
-/* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
+/* Returns a sorting key of the half-edge from a to b: lower vertex << 32 | higher vertex << 1 | 1 when a is the higher. */
+SPRINGLS__FN uint64_t springls__half_edge_key(int32_t a, int32_t b)
+{
+    uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
+    return low << 32 | high << 1 | (uint64_t)(a > b);
+}
+
+/* Counts the edges by their sorted half-edge keys. */
 SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *half_edges, size_t count)
 {
     size_t i = 0;
     while (i < count) {
         uint64_t edge = half_edges[i] >> 1;
-        int ways[2] = { 0, 0 };
-        for (; i < count && half_edges[i] >> 1 == edge; ++i) ++ways[half_edges[i] & 1];
+        int upward = 0, downward = 0; /* half-edges from the lower vertex to the higher, and back */
+        for (; i < count && half_edges[i] >> 1 == edge; ++i)
+            if (half_edges[i] & 1) ++downward;
+            else ++upward;
         ++report->edges;
-        report->boundary_edges += ways[0] + ways[1] == 1;
-        report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
-        report->nonmanifold_edges += ways[0] + ways[1] > 2;
-        report->unbalanced_edges += ways[0] != ways[1];
+        report->boundary_edges += upward + downward == 1;
+        report->misoriented_edges += upward + downward == 2 && upward != 1;
+        report->nonmanifold_edges += upward + downward > 2;
+        report->unbalanced_edges += upward != downward;
     }
 }
 
-/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
-   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of half_edges. */
-SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+/* Enters a vertex when it is first used: as a component of its own, and into the bounds. */
+SPRINGLS__FN void springls__mesh_use_vertex(springls__mesh_report *report, const float *positions, int32_t *parent, int32_t a)
+{
+    int c;
+    if (parent[a] >= 0) return;
+    parent[a] = a;
+    for (c = 0; c < 3; ++c) {
+        float x = positions[3 * (size_t)a + (size_t)c];
+        report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
+        report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
+    }
+    ++report->vertices;
+}
+
+/* Counts the triangles and their vertices, joins the components, and lists the half-edges. Returns the number of these. */
+SPRINGLS__FN size_t springls__mesh_count(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
                                          uint64_t *half_edges, springls__mesh_report *report)
 {
-    size_t half_edge_count = 0;
-    double center[3];
+    size_t count = 0;
     int32_t v[3], i;
-    int t, c;
-    memset(report, 0, sizeof *report);
+    int t;
     for (i = 0; i < n; ++i) parent[i] = -1;
     for (t = 0; t < m; ++t) {
         if (!springls__mesh_triangle(positions, n, triangles, t, v)) { ++report->invalid_triangles; continue; }
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) { ++report->degenerate_triangles; continue; }
+        if (springls__mesh_repeats(v)) { ++report->degenerate_triangles; continue; }
         ++report->triangles;
         for (i = 0; i < 3; ++i) {
-            int32_t a = v[i], b = v[(i + 1) % 3];
-            uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
-            half_edges[half_edge_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
-            if (parent[a] >= 0) continue;
-            parent[a] = a;
-            for (c = 0; c < 3; ++c) {
-                float x = positions[3 * (size_t)a + (size_t)c];
-                report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
-                report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
-            }
-            ++report->vertices;
+            half_edges[count++] = springls__half_edge_key(v[i], v[(i + 1) % 3]);
+            springls__mesh_use_vertex(report, positions, parent, v[i]);
         }
         for (i = 1; i < 3; ++i) {
             int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
@@ -15210,13 +15225,27 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         }
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
+    return count;
+}
+
+/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums in index order in double precision: the same mesh
+   gives the same bits. parent: n and half_edges: 3 m entries of working memory. */
+SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *half_edges, springls__mesh_report *report)
+{
+    size_t count;
+    double center[3];
+    int32_t v[3];
+    int t, c;
+    memset(report, 0, sizeof *report);
+    count = springls__mesh_count(positions, n, triangles, m, parent, half_edges, report);
     for (c = 0; c < 3; ++c) center[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
     for (t = 0; t < m; ++t)
-        if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
+        if (springls__mesh_triangle(positions, n, triangles, t, v) && !springls__mesh_repeats(v))
             springls__mesh_add(report, positions, v, center);
     report->volume /= 6.0;
-    springls__sort_keys(half_edges, half_edge_count);
-    springls__mesh_count_edges(report, half_edges, half_edge_count);
+    springls__sort_keys(half_edges, count);
+    springls__mesh_count_edges(report, half_edges, count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
 
@@ -22084,7 +22113,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22088 \"springls.h\"\n",
+    "#line 22117 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22700,43 +22729,49 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
 }
 
 /* ======== >>combine  (src/tools/combine.h) ===================================================================== */
-/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
-   those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
-   tell it exactly (project, keep_edges). */
+/* combine.h - computes the union, intersection or difference of two models. The springls of each that bound the result stay, by
+   the side of the other's level set on which they lie. phi is the minimum or maximum of the two; where that has a crease, at
+   the seam, the springls correct it (project, keep_edges). */
 
-/* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
-typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
+/* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
+   surface, by the direction they face. */
+typedef struct springls__side_rule {
+    const springls__grid *grid;      /* of the other operand                                                       */
+    float sign;
+    bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
+} springls__side_rule;
 
-/* alike, opposite: do springls stay that lie on the other's surface and face the same way, or the other way? */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked, springls_operation operation, bool of_other)
+/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
 {
+    const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
-    rule.asked = &asked->model.grid;
-    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (operation == SPRINGLS_OPERATION_DIFFERENCE && of_other) ? -1.0f : 1.0f;
-    rule.alike = !of_other && operation != SPRINGLS_OPERATION_DIFFERENCE; /* one of the two is enough */
-    rule.opposite = !of_other && operation == SPRINGLS_OPERATION_DIFFERENCE;
+    rule.grid = grid;
+    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
+    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
+    rule.keep_opposite = !second && difference;
     return rule;
 }
 
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f;
-    float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
-    float facing = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->asked, rule->asked->phi, s->p));
-    if (springls__fabs(phi) < on_surface && facing > 0.7f) return rule->alike != 0;
-    if (springls__fabs(phi) < on_surface && facing < -0.7f) return rule->opposite != 0;
+    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
+    float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
+    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
+    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
-/* Corners beyond the seam are drawn in to it, towards the particle. */
+/* Moves the corners of a springl that lie beyond the seam onto it, towards the particle. */
 SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
-    const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
-    float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
+    const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
+    float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
     int m;
-    for (m = 0; m < 3 && here > enough; m++) {
-        float there = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.q[m]);
-        if (there < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], here / (here - there));
+    for (m = 0; m < 3 && phi_p > min_distance; m++) {
+        float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
+        if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
     }
     return springls__springl_finished(s);
 }
@@ -22761,6 +22796,7 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
@@ -22768,40 +22804,45 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     int v;
     for (i = 0; i < bricks; i++) {
         float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *its = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *its) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], its[v]);
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
     }
     ctx->omega_fresh = false;
 }
 
-/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals
-   cross, within a voxel, it is less exact. */
+/* Writes the reference level set of the result into `phi`, by slot, and gives the bricks with voxels new slots. Returns their
+   number. Of the two originals' values takes that of smaller size, because tracking uses phi_ref as a distance and not its
+   sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN int springls__merge_references(springls__grid *g, const springls__grid *other, float *phi)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int slots = SPRINGLS__FIRST_SLOT, v;
+    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = 0; i < bricks; i++) {
+        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        float *out = phi + (size_t)slots * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+        g->top[i] = slots++;
+    }
+    return slots;
+}
+
+/* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
     springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
-    size_t i, bricks = springls__brick_count(g);
-    int slots = SPRINGLS__FIRST_SLOT, v;
-    float *phi;
+    size_t i, bricks = springls__brick_count(g), slots = SPRINGLS__FIRST_SLOT;
     memset(&field, 0, sizeof field);
     for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, (size_t)slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    phi = (float *)field.data;
-    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
-    slots = SPRINGLS__FIRST_SLOT;
-    for (i = 0; i < bricks; i++) {
-        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            phi[(size_t)slots * SPRINGLS__BRICK_VOXELS + (size_t)v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-        g->top[i] = slots++;
-    }
-    g->slot_count = slots;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->slot_count = springls__merge_references(g, other, (float *)field.data);
     springls__release(ctx, memory->data, memory->bytes);
     memory->data = field.data;
     memory->bytes = field.bytes;
@@ -22811,6 +22852,8 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
+/* Copies the triangles of one surface into another, from index `at` on, turned if asked for. given_before: triangles of the
+   caller's meshes that come before those of `from`. */
 SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
                                            bool turn)
 {
@@ -22821,12 +22864,13 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
+/* Builds in `both` the surface of the triangles of this model's original and of the other. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both,
                                                      const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
     int count;
-    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is twice the number of a triangle, or one more */
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
     count = own->count + other->count;
     SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
@@ -22839,6 +22883,7 @@ SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
+/* Replaces the original surface by that of both models; unchanged on failure. turn: turns the triangles of the other. */
 SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
 {
     springls__surface both;
@@ -22870,6 +22915,15 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
+/* Reverses the orientation of a springl. */
+SPRINGLS__FN springls__springl springls__reversed(springls__springl s)
+{
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
 /* Copies the values of springl j for the attributes that both models have; others are 0. */
 SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
 {
@@ -22893,7 +22947,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     uint32_t age = other->model.set.step - (record.birth >> 2);
     int n = ctx->model.set.count;
     record.s = springls__pull_to_surface(rule, record.s);
-    if (turn) record.s = springls__turned_round(record.s);
+    if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
     springls__record_store(&ctx->model, n, record);
@@ -22901,49 +22955,53 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
+   more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other)
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
-    int i, count = ctx->model.set.count, staying, coming;
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &its_rule, &coming));
-    if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
-    if (staying + coming > ctx->desc.max_springls)
+    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + coming)));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + added)));
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + coming, count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
-            springls__copy_other_springl(ctx, other, i, &its_rule, turn);
+            springls__copy_other_springl(ctx, other, i, &other_rule, turn);
     ctx->stats.removed += count - staying;
-    ctx->stats.added += coming;
+    ctx->stats.added += added;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 
-/* ---- and what follows ---- */
+/* ---- the call ---- */
 
-/* Gaps are filled, with all that fill_gaps finds in some calls: a wide one takes more than one. */
+/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
 SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 {
-    const int most = 6;
+    const int max_passes = 6;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
 
-/* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
-SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, bool project)
+/* Completes a model whose springls and phi were changed: finds its edges, fills its gaps, and, if asked for, projects phi onto
+   the springls. */
+SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
     ctx->locked_count = 0;
@@ -22952,26 +23010,29 @@ SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, b
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    if (project && ctx->model.params.project_level_set)
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
+/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__run_until_steady(ctx, true);
+    return springls__complete_model(ctx, true);
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION && operation != SPRINGLS_OPERATION_DIFFERENCE)
+    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
+        && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
     if (!other || other == ctx)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
@@ -23021,15 +23082,19 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
 }
 
 /* ======== >>remodel  (src/tools/remodel.h) ===================================================================== */
-/* remodel.h - offset, smooth, remesh: a model made over in one call. */
+/* remodel.h - changes a whole model in one call: offset, smooth, remesh. */
 
 /* ---- offset ---- */
 
-/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners
-   off; less the offset. All in voxels. */
-typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level,
-                                            edges; float offset; } springls__parallel_surface;
+/* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
+   springls at its sharp edges, where marching cubes cut corners off. All in voxels. */
+typedef struct springls__parallel_surface {
+    springls__mesh_distance distance; /* to zero_level */
+    springls__surface zero_level, edges;
+    float offset;
+} springls__parallel_surface;
 
+/* Computes the signed distance to the new surface (a springls__distance_fn). */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     springls__parallel_surface *job = (springls__parallel_surface *)arg;
@@ -23042,6 +23107,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
     }
 }
 
+/* Builds the surface of the springls at sharp edges. */
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
@@ -23054,11 +23120,11 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved
-   parts would lie inside by twice as much in either direction. */
+/* Builds the surface of the welded zero level, with each triangle cut into four by the middles of its edges. The middles are
+   moved onto the zero level, which reduces the distance of flat triangles from a curved surface. */
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
-    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
+    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3 + k: the middle of corners k and k + 1 */
     springls__raw_mesh raw;
     int t, k;
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -23067,7 +23133,7 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
     for (t = 0; t < raw.triangle_count; t++) {
         springls__v3 x[6];
         for (k = 0; k < 3; k++) x[k] = raw.positions[raw.triangles[3 * t + k]];
-        for (k = 0; k < 3; k++) { /* from the lower end of the edge, so that both its triangles find the same middle */
+        for (k = 0; k < 3; k++) { /* from the lower index, so that both triangles of an edge have the same middle */
             int a = raw.triangles[3 * t + k], b = raw.triangles[3 * t + (k + 1) % 3];
             x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
             x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
@@ -23078,7 +23144,7 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
     return springls__surface_make_dipoles(ctx, surface);
 }
 
-/* Every springl goes along the surface's normals, its own at a sharp edge. */
+/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. */
 SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -23097,11 +23163,12 @@ SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
     springls__constellation_changed(ctx);
 }
 
-/* Those that have come to the new zero level stay, moved onto it; others lie before or behind what another part has become. */
-SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
+/* Keeps the springls that are near the new zero level, and moves them onto it; removes the others, which are behind the new
+   surface of another part. */
+SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
-    const float close = 0.15f;
+    const float close = 0.15f; /* voxels */
     int i, m, count = ctx->model.set.count;
     uint8_t *action;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
@@ -23122,6 +23189,7 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
 SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -23134,33 +23202,34 @@ SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
     return false;
 }
 
-/* Until none is too large. */
+/* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
-    const int most = 40;
+    const int max_passes = 40;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__resample(ctx));
     }
     return SPRINGLS_OK;
 }
 
+/* Does the work of springls_offset. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
 {
-    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->level));
+    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->zero_level));
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
-    if (job->level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
+    if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
-    job->distance.surface = &job->level;
+    job->distance.surface = &job->zero_level;
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
-    SPRINGLS__TRY(springls__offset_sort(ctx));
+    SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__run_until_steady(ctx, false); /* phi is exact already */
+    return springls__complete_model(ctx, false); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -23177,7 +23246,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
-    springls__surface_free(ctx, &job.level);
+    springls__surface_free(ctx, &job.zero_level);
     springls__surface_free(ctx, &job.edges);
     return springls__clear_on_failure(ctx, status);
 }
@@ -23210,7 +23279,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
+    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
@@ -23222,11 +23291,12 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
-    const int most = 4;
+    const int max_passes = 4;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));

@@ -100,7 +100,7 @@ SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *b
 #define CL_TARGET_OPENCL_VERSION 120
 #endif
 #ifndef CL_USE_DEPRECATED_OPENCL_1_2_APIS
-#define CL_USE_DEPRECATED_OPENCL_1_2_APIS /* clCreateCommandQueue is what every version has */
+#define CL_USE_DEPRECATED_OPENCL_1_2_APIS /* for clCreateCommandQueue, which every version has */
 #endif
 #if defined(__APPLE__)
 #include <OpenCL/cl.h>
@@ -136,7 +136,7 @@ __declspec(dllimport) int __stdcall FreeLibrary(void *);
 #endif
 #endif
 
-/* Every function of OpenCL that is used: name without cl, result, arguments. */
+/* Lists the functions of OpenCL that are used: name without cl, result, arguments. */
 #define SPRINGLS__CL_FUNCTIONS(X)                                                                                                \
     X(GetPlatformIDs, cl_int, (cl_uint, cl_platform_id *, cl_uint *))                                                            \
     X(GetPlatformInfo, cl_int, (cl_platform_id, cl_platform_info, size_t, void *, size_t *))                                     \
@@ -174,25 +174,25 @@ typedef enum springls__collective {
     SPRINGLS__COLLECTIVE_COUNT
 } springls__collective;
 
-#define SPRINGLS__CL_CHUNKS 1024 /* at most, that a list is made of */
+#define SPRINGLS__CL_CHUNKS 1024 /* of an array, at most */
 
 typedef struct springls__collective_info { const char *name; int grain; } springls__collective_info;
 
 static const springls__collective_info springls__collectives[] = {
-#define SPRINGLS__COLLECTIVE_FACTS(name, task) { #name, task },
-    SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_FACTS)
-#undef SPRINGLS__COLLECTIVE_FACTS
+#define SPRINGLS__COLLECTIVE_INFO(name, task) { #name, task },
+    SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_INFO)
+#undef SPRINGLS__COLLECTIVE_INFO
 };
 
 typedef struct springls__cl {
-    springls_backend base;  /* first: a backend is a springls__cl                                               */
+    springls_backend base;  /* the first member, so that a backend is a springls__cl                            */
     springls_logger logger;
     void *library;
     cl_context context;
     cl_device_id device;
     cl_command_queue queue;
     cl_program program;
-    cl_kernel kernels[(int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
+    cl_kernel kernels[(int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT]; /* of the table, then collectives */
     springls_cl_counts counts;
     bool exact, gpu;
     size_t group;           /* work items that share a brick                                                     */
@@ -259,7 +259,7 @@ SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
-/* Copies the first bytes of device memory to the host, and waits for that. */
+/* Copies the first bytes of a device buffer to the host; they have arrived on return. */
 SPRINGLS__FN springls_status springls__cl_download(springls_context *ctx, void *memory, size_t bytes, void *to, const char *doing)
 {
     springls__cl *cl = springls__cl_of(ctx);
@@ -315,8 +315,7 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
     return error;
 }
 
-/* Launches a kernel: a core of a processor takes as many elements at once as a task of the scalar backend, a GPU's work item
-   one. */
+/* Starts a kernel: a work item does as many elements as a task of the scalar backend on a processor, one on a GPU. */
 SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count,
                                                  springls__arguments args, bool brick)
 {
@@ -332,22 +331,22 @@ SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kerne
 
 SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
-    const springls__kernel_info *facts = &springls__kernels[kernel];
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], facts->name, facts->grain, count, args, facts->brick);
+    const springls__kernel_info *info = &springls__kernels[kernel];
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], info->name, info->grain, count, args, info->brick);
 }
 
 /* ---- collectives: sequences of the kernels of collectives.cl and regions.cl ---- */
 
-/* Runs a collective; args NULL: the kernel takes none. */
+/* Starts a collective; args NULL: it takes none. */
 SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
                                                   const springls__arguments *args)
 {
-    const springls__collective_info *facts = &springls__collectives[collective];
+    const springls__collective_info *info = &springls__collectives[collective];
     cl_kernel kernel = springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective];
     springls__arguments none;
-    memset(&none, 0, sizeof none);
     if (count <= 0) return SPRINGLS_OK;
-    return springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, args ? *args : none, false);
+    memset(&none, 0, sizeof none);
+    return springls__cl_launch(ctx, kernel, info->name, info->grain, count, args ? *args : none, false);
 }
 
 /* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
@@ -457,8 +456,8 @@ SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context
     return SPRINGLS_OK;
 }
 
-/* Flags bricks by the kernel `mark` over `count` elements, and those that are active with `keep`; counts what is to be done:
-   bricks to drop, to add, and active then. */
+/* Flags bricks by the kernel `mark` over `count` elements, and with `keep` the active ones; counts the bricks to drop, to add,
+   and active then. */
 SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, springls__collective mark, int count, bool keep,
                                                       const springls__arguments *chunks, uint32_t counts[3])
 {
@@ -596,9 +595,9 @@ SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ct
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, NULL);
 }
 
-/* ---- the life of a backend ---- */
+/* ---- creation ---- */
 
-SPRINGLS__FN void springls__cl_say(const springls_logger *logger, int level, const char *format, const char *what)
+SPRINGLS__FN void springls__cl_log(const springls_logger *logger, int level, const char *format, const char *what)
 {
     char line[512];
     if (!logger->log) return;
@@ -606,7 +605,7 @@ SPRINGLS__FN void springls__cl_say(const springls_logger *logger, int level, con
     logger->log(logger->user, level, line);
 }
 
-/* Loads the library and its functions; returns the name of what is missing, or NULL. */
+/* Loads the library; returns the name of what is missing, or NULL. */
 SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library)
 {
     void *symbol = NULL;
@@ -622,19 +621,19 @@ SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library
     return NULL;
 }
 
-#define SPRINGLS__CL_MAX_DEVICES 16 /* platforms, and devices of a context, that are looked at */
+#define SPRINGLS__CL_MAX_PLATFORMS 16 /* and devices of one; others are not seen */
 
-/* Chooses the first device of the kind; with ANY a GPU before others. */
-SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
+/* Chooses the first device of the kind; for ANY a GPU before others. */
+SPRINGLS__FN bool springls__cl_choose_device(springls__cl *cl, springls_cl_kind kind)
 {
     static const cl_device_type types[3][2] = {
         { CL_DEVICE_TYPE_GPU, CL_DEVICE_TYPE_ALL }, { CL_DEVICE_TYPE_GPU, 0 }, { CL_DEVICE_TYPE_CPU, 0 }
     };
-    cl_platform_id platforms[SPRINGLS__CL_MAX_DEVICES];
+    cl_platform_id platforms[SPRINGLS__CL_MAX_PLATFORMS];
     cl_uint count = 0, i;
     int choice;
-    if (cl->GetPlatformIDs(SPRINGLS__CL_MAX_DEVICES, platforms, &count) != CL_SUCCESS) return false;
-    if (count > SPRINGLS__CL_MAX_DEVICES) count = SPRINGLS__CL_MAX_DEVICES;
+    if (cl->GetPlatformIDs(SPRINGLS__CL_MAX_PLATFORMS, platforms, &count) != CL_SUCCESS) return false;
+    if (count > SPRINGLS__CL_MAX_PLATFORMS) count = SPRINGLS__CL_MAX_PLATFORMS;
     for (choice = 0; choice < 2 && types[kind][choice]; choice++)
         for (i = 0; i < count; i++) {
             cl_uint devices = 0;
@@ -651,7 +650,7 @@ SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
     cl_platform_id id = NULL;
     cl_device_type type = 0;
     cl_device_fp_config config = 0;
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL); /* names may fail: they are only for messages */
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL); /* these may fail: names are only for the log */
     if (id) cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
     cl->GetDeviceInfo(cl->device, CL_DEVICE_NAME, sizeof device - 1, device, NULL);
     error = cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
@@ -713,8 +712,8 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     return error;
 }
 
-/* Returns CL_SUCCESS when the device has room for a work group on a brick, else an error. */
-SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
+/* Returns a failure when the device has no room for a work group on a brick. */
+SPRINGLS__FN cl_int springls__cl_check_room(const springls__cl *cl)
 {
 #define SPRINGLS__CL_FLOATS(name, grain, writes, floats) (floats),
     static const size_t shared[] = { SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_FLOATS) 0 };
@@ -728,7 +727,7 @@ SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
     return items < cl->group ? CL_INVALID_WORK_GROUP_SIZE : CL_SUCCESS;
 }
 
-/* Takes the caller's queue; fails when it is not in order, or of another context or device. */
+/* Takes the caller's queue, which must be in order, and of the context and device. */
 SPRINGLS__FN cl_int springls__cl_take_queue(springls__cl *cl, cl_command_queue queue)
 {
     cl_command_queue_properties properties = 0;
@@ -745,12 +744,12 @@ SPRINGLS__FN cl_int springls__cl_take_queue(springls__cl *cl, cl_command_queue q
     return error;
 }
 
-/* Takes the caller's context and queue, or makes new ones. */
-SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc *desc)
+/* Sets up the caller's context and queue, or new ones, and builds the kernels. */
+SPRINGLS__FN cl_int springls__cl_set_up(springls__cl *cl, const springls_cl_desc *desc)
 {
     cl_int error = CL_SUCCESS;
     if (desc->context) {
-        cl_device_id devices[SPRINGLS__CL_MAX_DEVICES] = { (cl_device_id)desc->device };
+        cl_device_id devices[SPRINGLS__CL_MAX_PLATFORMS] = { (cl_device_id)desc->device };
         cl_context context = (cl_context)desc->context;
         if (!desc->device) error = cl->GetContextInfo(context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
         cl->device = devices[0];
@@ -758,12 +757,12 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
         if (error != CL_SUCCESS) return error;
         cl->context = context;
     } else {
-        if (!springls__cl_pick(cl, desc->kind)) return CL_DEVICE_NOT_FOUND;
+        if (!springls__cl_choose_device(cl, desc->kind)) return CL_DEVICE_NOT_FOUND;
         cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
         if (error != CL_SUCCESS) return error;
     }
     error = springls__cl_describe(cl);
-    if (error == CL_SUCCESS) error = springls__cl_fits(cl);
+    if (error == CL_SUCCESS) error = springls__cl_check_room(cl);
     if (error != CL_SUCCESS) return error;
     if (desc->queue) error = springls__cl_take_queue(cl, (cl_command_queue)desc->queue);
     else cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
@@ -822,17 +821,17 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.resolve_regions = springls__cl_resolve_regions;
     missing = springls__cl_load(cl, desc->library);
     if (missing) {
-        springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", missing);
+        springls__cl_log(&desc->logger, 2, "opencl: there is no %s: going on without", missing);
         error = CL_DEVICE_NOT_AVAILABLE;
     } else {
-        error = springls__cl_begin(cl, desc);
-        if (error != CL_SUCCESS) springls__cl_say(&desc->logger, 2, "opencl: %s: going on without", springls__cl_error(error));
+        error = springls__cl_set_up(cl, desc);
+        if (error != CL_SUCCESS) springls__cl_log(&desc->logger, 2, "opencl: %s: going on without", springls__cl_error(error));
     }
     if (error != CL_SUCCESS) {
         springls_cl_destroy(&cl->base);
         return springls__cl_status(error);
     }
-    springls__cl_say(&desc->logger, 3, "opencl: %s", cl->device_name);
+    springls__cl_log(&desc->logger, 3, "opencl: %s", cl->device_name);
     *out = &cl->base;
     return SPRINGLS_OK;
 }

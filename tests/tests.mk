@@ -62,7 +62,7 @@ $(TEST_DIR)/objects/%.o: examples/%.c $(TEST_DIR)/settings | springls.h
 define example_test_rule
 $(TEST_DIR)/examples/$(1): tests/examples/$(1).c $(call test_objects,$(1)) $(TEST_DIR)/library.o $(TEST_DIR)/settings
 	@mkdir -p $$(@D)
-	$$(SAY)$$(CC) $$(EXAMPLE_TEST_FLAGS) -o $$@ $$(filter %.c %.o,$$^) $($(1)_LIBS) $(call folder_libs,$($(1)_USES))
+	$$(SAY)$$(CC) $$(EXAMPLE_TEST_FLAGS) -o $$@ $$< $(call test_objects,$(1)) $(TEST_DIR)/library.o $($(1)_LIBS) $(call folder_libs,$($(1)_USES))
 endef
 ifeq ($(WITH_LIBRARIES),1)
 $(foreach t,$(notdir $(EXAMPLE_TESTS)),$(eval $(call example_test_rule,$(t))))

@@ -86,7 +86,11 @@ without_opencl() {
     $1 $warnings -o $w/program $here/no_opencl.c -lm && nothing "$(readelf -d $w/program | grep -i opencl)" "needed to start" && $w/program
 }
 installed() {
-    make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c
+    local before=$(cksum springls.h)
+    make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c &&
+        grep -q "^Version: $(sed -n 's/.*VERSION_[A-Z]* \([0-9]*\)$/\1/p' src/interface/api.h | paste -s -d .)$" $w/share/pkgconfig/springls.pc &&
+        make -s uninstall DESTDIR=$PWD/$w PREFIX= && nothing "$(cd $w && find include share -type f)" "left by uninstall" &&
+        nothing "$([ "$before" = "$(cksum springls.h)" ] || echo springls.h)" "changed by install"
 }
 # What models have become at the end of their lives, in this build.
 lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }

@@ -8,6 +8,8 @@
 #include "greatest.h"
 #include "../../src/model/mesh_measure.h"
 
+GREATEST_MAIN_DEFS();
+
 enum { MAX_VERTICES = 9000, MAX_FACES = 18000 };
 
 static float position[3 * MAX_VERTICES];
@@ -362,8 +364,6 @@ SUITE(mesh_measure)
     RUN_TEST(bad_triangles_are_counted_and_left_out);
     RUN_TEST(random_soups_against_brute_force);
 }
-
-GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {

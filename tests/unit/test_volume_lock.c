@@ -150,7 +150,7 @@ static int large_parts(springls_context *ctx)
     int i, large = 0;
     fixture_here(ctx);
     if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.part[i].volume);
+    for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.item[i].volume);
     return large;
 }
 
