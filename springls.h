@@ -1556,11 +1556,11 @@ typedef union springls__arguments {
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
    springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
-   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
-    /* what several stages build on the way */                                                                                   \
+    /* built by several stages */                                                                                                \
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
     X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
@@ -1594,7 +1594,7 @@ typedef union springls__arguments {
     X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
-    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -1630,7 +1630,7 @@ typedef union springls__arguments {
     /* volume_lock */                                                                                                            \
     X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
     X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
+    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
@@ -1641,7 +1641,7 @@ typedef union springls__arguments {
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
-  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
+  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
@@ -1650,7 +1650,7 @@ typedef union springls__arguments {
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
-  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  /* Calls springls_cl_desc.velocity_source for advect.h. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
       static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
@@ -1686,7 +1686,7 @@ typedef union springls__arguments {
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
-  /* Never called: on the host it is a callback. */
+  /* Defines a function that is never called: on the host the velocity is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
       {                                                                                                                   \
@@ -1714,6 +1714,9 @@ SPRINGLS__MATHS float springls__floor(float x)
 
 /* ======== >>vector:kernel  (kernels_embed/language/vector.h) =================================================== */
 /* vector.h - three-vectors and functions of single numbers. */
+
+#define SPRINGLS__DEGREE 0.0174532925f /* radians */
+#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
@@ -1973,7 +1976,6 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
     return *(const springls__vec_anywhere *)(const void *)from;
 }
 
-
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -2190,7 +2192,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
-/* A table for springls__vec_from. */
+/* Holds the numbers that springls__vec_from reads. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
 /* Returns first, first + 1, ..., for the places along a row of eight. */
@@ -2204,7 +2206,7 @@ typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 /* A triangle prepared for many points: everything a distance needs that does not depend on the point. */
 typedef struct springls__tri_plan {
     springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */
     float inverse_edge2[3], inverse_n2;
 } springls__tri_plan;
 
@@ -2250,7 +2252,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -2258,9 +2260,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
@@ -2309,7 +2311,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -2317,9 +2319,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
@@ -2391,9 +2393,9 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.edge[0] = springls__sub(t.b, t.a);
     plan.edge[1] = springls__sub(t.c, t.b);
     plan.edge[2] = springls__sub(t.a, t.c);
-    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
-    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
-    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
+    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);
+    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);
+    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);
     plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
     plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
     plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
@@ -2575,8 +2577,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
-    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
-    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */
 
 /* Lists what a grid has for each slot. */
 #define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
@@ -2651,12 +2653,12 @@ typedef struct springls__record {
 #undef SPRINGLS__RECORD_MEMBER
 } springls__record;
 
-/* Kinds of springls: springls_kind of the interface. */
+/* Names the kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
 
-/* What is done with a springl, or with a seed of one. */
+/* Names what is done with a springl, or with a seed of one. */
 #define SPRINGLS__REMOVE 0
 #define SPRINGLS__KEEP 1
 #define SPRINGLS__RESHAPE 2
@@ -2755,6 +2757,15 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
     return springls__tri_normal(springls__springl_tri(s));
 }
 
+/* Returns s with its triangle turned round: the normal points the other way. */
+SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)
+{
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
 /* Returns true when springl i lies at a sharp edge that is to be kept. */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
 {
@@ -2803,14 +2814,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks particle i as one that phi follows: notes its place. */
+/* Marks phi as synced with particle i: stores its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* Finds how far particle i has come since then, squared. */
+/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -2880,12 +2891,20 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
+/* Finds the place of a brick in the top table, counted in bricks. */
+SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])
+{
+    place[0] = brick % g->bricks[0];
+    place[1] = brick / g->bricks[0] % g->bricks[1];
+    place[2] = brick / (g->bricks[0] * g->bricks[1]);
+}
+
 /* Finds the first voxel of a brick of the top table. */
 SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    origin[0] = 8 * (brick % g->bricks[0]);
-    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+    int axis;
+    springls__brick_place(g, brick, origin);
+    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
 }
 
 SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
@@ -2987,7 +3006,7 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
 SPRINGLS__MATHS int springls__tile_step(int d)
 {
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
@@ -3036,14 +3055,14 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
 }
 
 /* Returns the smallest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
 /* Returns the largest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
@@ -3059,7 +3078,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls_
 /* Returns where a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 {
-    return springls__crosses(v.c, springls__least(v), springls__most(v));
+    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));
 }
 
 /* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
@@ -3309,20 +3328,29 @@ SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springl
     return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);
 }
 
-/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     springls__v3 middle = springls__add(k2, k3);
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;
-   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its
-   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */
+/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
+   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
+   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi
+   hardly changes, and the error of the normal would decide. */
 SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
+}
+
+/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+{
+    float before = springls__grid_sample(g, g->phi, s.p);
+    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
+    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
 }
 
 /* A sampled field: from the model's voxels to its own samples. */
@@ -3354,7 +3382,7 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Mean curvature of phi at x: the Laplacian of a distance. */
+/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
@@ -3367,7 +3395,7 @@ SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
-/* What moves springls (eq. 1), where no callback has a part in it. */
+/* Names the flows that kernels compute without a callback (eq. 1). */
 #define SPRINGLS__FLOW_NONE 0
 #define SPRINGLS__FLOW_DEFORMATION 1
 #define SPRINGLS__FLOW_ROTATION 2
@@ -3384,7 +3412,7 @@ typedef struct springls__force_rule {
 
 SPRINGLS__USER_VELOCITY
 
-/* sigma of eq. 1. */
+/* Returns sigma of eq. 1 at x. */
 SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                                float time)
 {
@@ -3402,7 +3430,7 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
 }
 
-/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
 SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                               springls__v3 n, springls__v3 out)
 {
@@ -3421,7 +3449,18 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
-/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+
+/* Returns true when the displacements of all points are finite, and their squares too. */
+SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+{
+    int m, finite = 1;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    return finite != 0;
+}
+
+/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
+   and the push at the particle. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
                                                      springls__movers at, float time)
 {
@@ -3440,7 +3479,7 @@ SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *mode
     return slope;
 }
 
-/* x + s k, for all. */
+/* Returns all points, moved by s times their slopes. */
 SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
 {
     int m;
@@ -3472,21 +3511,17 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
-    int m, finite = 1;
+    int m;
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
-    if (rule.stop_at_topology
-        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
-                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
-                                      springls__springl_normal(s)))
+    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
 }
 
 /* Moves springl i by its displacements. */
@@ -3621,8 +3656,8 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
-    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
-    springls__pieces loop;  /* that the phase before has ended with                                             */
+    float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
+    springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
 
 /* The motion of advect: its forces, its numbers, and what has come of it. */
@@ -3666,9 +3701,9 @@ typedef struct springls__stepping {
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
-    float longest_substep;  /* as the force permits                                                             */
+    float longest_substep;  /* that the force permits                                                           */
     int substeps;           /* so far                                                                           */
-    bool resamples;         /* this sub-step does                                                               */
+    bool resamples;         /* this sub-step contracts and resamples                                            */
     bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
     int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
@@ -4050,7 +4085,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over at least all springls whose particle lies within r of x. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -4121,7 +4156,8 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
         if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
 }
 
-/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
+   ends. */
 SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
@@ -4232,8 +4268,8 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
-                                                     room, d2[m], 3 * other + (int)edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m,
+                                                     length[m], room, d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -4245,6 +4281,9 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
 /* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
+
+/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
+#define SPRINGLS__SAME_SIDE 0.3f
 
 /* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
@@ -4271,10 +4310,7 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
-    if (springls__length2(u) < 1e-8f)
-        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))
-                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));
-    u = springls__normalize(u);
+    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
     v = springls__cross(n, u);
     t.a = springls__mad(p, u, radius);
     t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);
@@ -4291,7 +4327,7 @@ SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, spring
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */
@@ -4394,7 +4430,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -4471,7 +4507,7 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     }
 }
 
-/* phi_next from phi and omega. */
+/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *memory)
 {
@@ -4561,7 +4597,7 @@ typedef struct springls__widest_gap { float angle, second; springls__v3 middle; 
 
 SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
 {
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    const float turn = 6.28318531f;
     springls__widest_gap widest;
     float from, middle;
     int i;
@@ -4578,9 +4614,9 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
         widest.angle = angle;
         from = gaps.angle[i - 1];
     }
-    middle = (from + 0.5f * widest.angle) * over_pi;
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
     widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
     return widest;
 }
 
@@ -4588,9 +4624,8 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
    two wide gaps; its end and a drop leave nearly all open. */
 SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 {
-    const float degree = 0.0174532925f;
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
 }
 
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
@@ -4701,14 +4736,20 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
-   wide hole, the height is unreliable: the place stays. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+{
+    springls__fit_result result = springls__fit_highest(fit);
     float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (fit.count < 4) result.ok = 0;
-    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
     if (u * u + v * v > w * w) {
         result.point = fit.origin;
         result.normal = fit.n;
@@ -4894,8 +4935,8 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
-   minus twice far_value. */
+/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
+   old one plus or minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
@@ -4966,11 +5007,11 @@ typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SP
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
-    float most = SPRINGLS__TOGETHER, along;
+    float closest = SPRINGLS__TOGETHER, along;
     for (s = 0; s < sides.count; s++) {
         along = springls__dot(sides.normal[s], n);
-        if (along <= most) continue;
-        most = along;
+        if (along <= closest) continue;
+        closest = along;
         best = s;
     }
     return best;
@@ -4998,7 +5039,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Returns their variance in the direction in which it is least. */
+/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -5056,15 +5097,11 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
-                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
-                 e2;
+    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
     int i;
-    e1 = springls__normalize(springls__cross(facing, e1));
-    e2 = springls__cross(facing, e1);
     strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (i = 0; i < count; i++) {
         if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
@@ -5179,7 +5216,7 @@ typedef struct springls__sample_set {
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* Adds one; false when the set is full. */
+/* Adds a springl to the set; false when the set is full. */
 SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
                                               float weight, int id)
 {
@@ -5233,10 +5270,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
             fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+    result = springls__fit_highest(fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
     return result;
 }
@@ -5543,7 +5578,7 @@ typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
 SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
@@ -5579,7 +5614,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
    that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
@@ -5672,7 +5707,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
@@ -5777,9 +5812,9 @@ SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
     return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
 }
 
-/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
-   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
-   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
+/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all
+   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put
+   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */
 SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
 {
     return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
@@ -5791,8 +5826,8 @@ SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edg
     return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
 }
 
-/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
-   first: every cube around the edge finds the same bits. */
+/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole
+   numbers first, so that all cubes around the edge get the same bits. */
 SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
 {
     int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
@@ -5824,7 +5859,7 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* The same cube from the grid itself: slower, without a tile. */
+/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
@@ -5983,7 +6018,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
     return springls__oriented_springls(model);
 }
 
-/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the
+   large springls. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
 typedef struct springls__near_ranges {
@@ -6033,12 +6069,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
+/* Returns the sum of a vector, whose x is `member`. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+{
+    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
+                             sums[springls__sum_at(member + 2, i)]);
+}
+
 SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
-    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
-    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
     m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
     m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
@@ -6099,11 +6142,13 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Return the first and the last voxel of the brick that it comes near. */
+/* Returns the first voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+
+/* Returns the last voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
-/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
                                             bool nearest, SPRINGLS__LOCAL float *sums)
 {
@@ -6301,7 +6346,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vec_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
@@ -6309,7 +6354,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     return some;
 }
 
-/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
+/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
@@ -6490,7 +6535,9 @@ typedef struct springls__relax_rule {
     float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
     float sharpness;                 /* lambda_c                                 */
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    int threshold, weight, physical; /* H, W, and which torque                   */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
 } springls__relax_rule;
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
@@ -6504,8 +6551,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.sharpness = params->sharpness;
     rule.step_length = params->relax_step_length;
     rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
     rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
     return rule;
 }
@@ -6553,17 +6600,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -6642,8 +6689,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 
@@ -6737,17 +6784,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -6826,8 +6873,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 
@@ -6907,13 +6954,11 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = springls__turned_round(s);
 }
 
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
@@ -7033,7 +7078,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
-/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
 SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
 {
     return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
@@ -7149,8 +7194,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
-
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
@@ -7162,7 +7206,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     uint32_t k;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
+    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
@@ -7175,12 +7219,12 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
 }
 
@@ -7201,12 +7245,12 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 
 /* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */
 
 /* Blocks closer than this to a springl stop the background. */
 #define SPRINGLS__SHELL 1.5f
 
-/* Of a brick. */
+/* States of a brick. */
 #define SPRINGLS__OPEN 0
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
@@ -7231,7 +7275,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+/* Makes a block of step^3 bricks background; false when one of them is blocked. */
 SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
@@ -7277,7 +7321,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
+   -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
@@ -7287,7 +7332,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all know the slot */
+    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */
     if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
     for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
@@ -7298,7 +7343,7 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
-/* Is the background beside a block of b^3 voxels? */
+/* Returns true when the background is beside a block of b^3 voxels. */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
     return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
@@ -7371,7 +7416,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-/* Voxels that springls are near take the side of the nearest ones. */
+/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *side)
 {
@@ -7419,7 +7464,7 @@ SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
-/* The side becomes the sign of the distance. */
+/* Makes phi of active brick i a distance: omega with the sign of phi. */
 SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {
@@ -7540,7 +7585,7 @@ SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, 
     return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
 }
 
-/* Returns the case of the cube at x between them. */
+/* Returns the case of the cube at x between the four rows. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
     uint32_t mask = 0u;
@@ -7954,7 +7999,8 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Does so with the first `count` numbers of an array; fails when *total, the sum of all, is more than an int holds. */
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
 {
     uint64_t sum;
@@ -8408,7 +8454,7 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* Returns the largest displacement of a particle since then, in voxels. */
+/* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
@@ -8843,7 +8889,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamps far outside any model, so that squares of distances stay finite. */
+/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
@@ -8995,16 +9041,15 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion block;
-    int i, m;
+    int i;
     block.largest2 = 0.0f;
     block.moving = 0;
     block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
         block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > 1e-4f;
+        block.moving += d2 > SPRINGLS__MOVING2;
     }
     return block;
 }
@@ -9015,7 +9060,6 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     const springls__v3 *a = motion->ctx->model.set.a + first;
-    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
@@ -9036,10 +9080,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     for (i = 0; i < count; i++) {
         springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
-                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
-                                          springls__springl_normal(s[i])))
+        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
@@ -11050,11 +11091,12 @@ SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volum
 {
     int brick, bricks = (int)springls__brick_count(g), d, to[3];
     for (brick = 0; brick < bricks; brick++) {
-        int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
+        int place[3];
         if (g->top[brick] != SPRINGLS__INSIDE) continue;
+        springls__brick_place(g, brick, place);
         for (d = 1; d < 6; d += 2) {
             int beside;
-            springls__voxel_beside(x, y, z, d, to);
+            springls__voxel_beside(place[0], place[1], place[2], d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
             if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
@@ -12159,7 +12201,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 }
 
 /* Copies a checked description, with its defaults filled in. */
-SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc *desc)
 {
     ctx->desc = *desc;
     ctx->desc.params = NULL;
@@ -12182,7 +12224,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     memset(&made, 0, sizeof made);
     fault = springls__desc_fault(desc, &made);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
-    springls__adopt_desc(&made, desc);
+    springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
     *ctx = made;
@@ -12229,7 +12271,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
-    springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
+    springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
@@ -12263,7 +12305,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* x*x - y by two roundings differs from one fused operation exactly when the compiler contracts. */
+/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
     volatile float x = 1.0f + 1.0f / 4096.0f;
@@ -12455,8 +12497,8 @@ SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2
 /* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
 /* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
 
-/* One triangle of a leaf, or one child of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
 {
     springls__dipole d;
     springls__tri t;
@@ -12489,10 +12531,10 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
         springls__dipole *d = &surface->dipoles[n];
         memset(d, 0, sizeof *d);
         for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole part = springls__dipole_part(surface, node, i);
-            d->area = springls__add(d->area, part.area);
-            d->center = springls__mad(d->center, part.center, part.weight);
-            d->weight += part.weight;
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
         }
         if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
         else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
@@ -12535,7 +12577,7 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge in one direction as in the other: w is a whole number */
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
@@ -12627,7 +12669,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 }
 
 /* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
@@ -12667,10 +12709,9 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
         for (i = 0; i < count; i++) {
-            int brick = begin + i;
-            points[i].x = 8.0f * (float)(brick % g->bricks[0]) + 3.5f;
-            points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
-            points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
+            int origin[3];
+            springls__brick_origin(g, begin + i, origin);
+            points[i] = springls__v3_make((float)origin[0] + 3.5f, (float)origin[1] + 3.5f, (float)origin[2] + 3.5f);
         }
         springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
@@ -12717,14 +12758,14 @@ SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx
     return springls__grid_add_bricks(ctx, list, n);
 }
 
-/* Evaluates the distance at the voxels of all active bricks, in sixteen parts, and reports progress after each. */
+/* Evaluates the distance at the voxels of all active bricks, in sixteen pieces, and reports progress after each. */
 SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx, springls__distance_job *job)
 {
     const springls__grid *g = &ctx->model.grid;
-    const int part = g->active_count / 16 + 1;
+    const int piece = g->active_count / 16 + 1;
     int i, n, v;
-    for (i = 0; i < g->active_count; i += part) {
-        n = springls__imin(part, g->active_count - i);
+    for (i = 0; i < g->active_count; i += piece) {
+        n = springls__imin(piece, g->active_count - i);
         job->active = g->active + i;
         springls__parallel(ctx, n, 2, springls__voxel_task, job);
         if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
@@ -12814,9 +12855,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     for (brick = 0; brick < bricks; brick++) {
         int at[3], inside, total;
         bool at_border = false;
-        at[0] = brick % b[0];
-        at[1] = brick / b[0] % b[1];
-        at[2] = brick / (b[0] * b[1]);
+        springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
@@ -12982,7 +13021,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                               "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 /* ---- public calls ---- */
@@ -13099,7 +13138,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
     return SPRINGLS_OK;
 }
@@ -13153,7 +13192,7 @@ SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, cons
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     }
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
@@ -13545,7 +13584,8 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
 
 /* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
    model is left unfinished. */
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
+                                                          bool balanced)
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
@@ -13559,7 +13599,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -13634,7 +13674,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
+    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
@@ -14046,7 +14086,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
 }
 
 /* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
-SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
     springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
@@ -14207,9 +14247,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
-        c->chunk[n].brick[0] = i % g->bricks[0];
-        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
-        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+        springls__brick_place(g, i, c->chunk[n++].brick);
     }
     *count = n;
     return SPRINGLS_OK;
@@ -14262,7 +14300,7 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__publish_task, &job);
-    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    for (i = 0; i < listed; i++) springls__mark_affected(c, i);
     if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
     springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
@@ -16339,11 +16377,11 @@ static const char *const springls__kernel_lines[] = {
     "#line 1557 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
-    "   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
     "\n",
     "/* Lists the roles that kernels use. */\n",
     "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
-    "    /* what several stages build on the way */                                                                                   \\\n",
+    "    /* built by several stages */                                                                                                \\\n",
     "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
     "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
     "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
@@ -16377,7 +16415,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \\\n",
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
-    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \\\n",
+    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -16413,7 +16451,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* volume_lock */                                                                                                            \\\n",
     "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
     "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
-    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \\\n",
+    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
@@ -16423,7 +16461,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#ifdef __OPENCL_VERSION__\n",
     "  #pragma OPENCL FP_CONTRACT OFF\n",
-    "  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
+    "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
     "  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
@@ -16432,7 +16470,7 @@ static const char *const springls__kernel_lines[] = {
     "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
     "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
-    "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
+    "  /* Calls springls_cl_desc.velocity_source for advect.h. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \\\n",
     "      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \\\n",
@@ -16468,7 +16506,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
     "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
-    "  /* Never called: on the host it is a callback. */\n",
+    "  /* Defines a function that is never called: on the host the velocity is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
     "      {                                                                                                                   \\\n",
@@ -16496,6 +16534,9 @@ static const char *const springls__kernel_lines[] = {
     "#line 1716 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
+    "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
+    "#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */\n",
+    "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
     "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
@@ -16509,7 +16550,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1733 \"springls.h\"\n",
+    "#line 1736 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16524,7 +16565,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1749 \"springls.h\"\n",
+    "#line 1752 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16648,7 +16689,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1873 \"springls.h\"\n",
+    "#line 1876 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16674,7 +16715,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1900 \"springls.h\"\n",
+    "#line 1903 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -16751,7 +16792,6 @@ static const char *const springls__kernel_lines[] = {
     "    return *(const springls__vec_anywhere *)(const void *)from;\n",
     "}\n",
     "\n",
-    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16826,7 +16866,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16841,7 +16881,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2068 \"springls.h\"\n",
+    "#line 2070 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16965,14 +17005,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2194 \"springls.h\"\n",
     "\n",
-    "/* A table for springls__vec_from. */\n",
+    "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2200 \"springls.h\"\n",
+    "#line 2202 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16980,11 +17020,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */\n",
     "typedef struct springls__tri_plan {\n",
     "    springls__tri t;\n",
-    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
+    "    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */\n",
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2212 \"springls.h\"\n",
+    "#line 2214 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16999,7 +17039,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2228 \"springls.h\"\n",
+    "#line 2230 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17025,7 +17065,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the\n",
     "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
@@ -17033,9 +17073,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
     "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
     "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
-    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
-    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
-    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));\n",
     "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
     "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
     "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
@@ -17043,7 +17083,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2272 \"springls.h\"\n",
+    "#line 2274 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17058,7 +17098,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2287 \"springls.h\"\n",
+    "#line 2289 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17084,7 +17124,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the\n",
     "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
@@ -17092,9 +17132,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
     "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
     "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
-    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
-    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
-    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));\n",
     "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
     "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
     "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
@@ -17102,7 +17142,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2331 \"springls.h\"\n",
+    "#line 2333 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17166,15 +17206,15 @@ static const char *const springls__kernel_lines[] = {
     "    plan.edge[0] = springls__sub(t.b, t.a);\n",
     "    plan.edge[1] = springls__sub(t.c, t.b);\n",
     "    plan.edge[2] = springls__sub(t.a, t.c);\n",
-    "    plan.side[0] = springls__cross(plan.n, plan.edge[0]);\n",
-    "    plan.side[1] = springls__cross(plan.n, plan.edge[1]);\n",
-    "    plan.side[2] = springls__cross(plan.n, plan.edge[2]);\n",
+    "    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);\n",
+    "    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);\n",
+    "    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);\n",
     "    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);\n",
     "    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);\n",
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2403 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17189,7 +17229,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2419 \"springls.h\"\n",
+    "#line 2421 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17252,7 +17292,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2482 \"springls.h\"\n",
+    "#line 2484 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17267,7 +17307,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2497 \"springls.h\"\n",
+    "#line 2499 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17330,7 +17370,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2561 \"springls.h\"\n",
+    "#line 2563 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17348,8 +17388,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
-    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \\\n",
-    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */\n",
+    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \\\n",
+    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */\n",
     "\n",
     "/* Lists what a grid has for each slot. */\n",
     "#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \\\n",
@@ -17424,12 +17464,12 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__RECORD_MEMBER\n",
     "} springls__record;\n",
     "\n",
-    "/* Kinds of springls: springls_kind of the interface. */\n",
+    "/* Names the kinds of springls: springls_kind of the interface. */\n",
     "#define SPRINGLS__KIND_ORIGINAL 0u\n",
     "#define SPRINGLS__KIND_SPLIT 1u\n",
     "#define SPRINGLS__KIND_FILLED 2u\n",
     "\n",
-    "/* What is done with a springl, or with a seed of one. */\n",
+    "/* Names what is done with a springl, or with a seed of one. */\n",
     "#define SPRINGLS__REMOVE 0\n",
     "#define SPRINGLS__KEEP 1\n",
     "#define SPRINGLS__RESHAPE 2\n",
@@ -17528,6 +17568,15 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__tri_normal(springls__springl_tri(s));\n",
     "}\n",
     "\n",
+    "/* Returns s with its triangle turned round: the normal points the other way. */\n",
+    "SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)\n",
+    "{\n",
+    "    springls__v3 q = s.q[1];\n",
+    "    s.q[1] = s.q[2];\n",
+    "    s.q[2] = q;\n",
+    "    return springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
     "/* Returns true when springl i lies at a sharp edge that is to be kept. */\n",
     "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)\n",
     "{\n",
@@ -17576,14 +17625,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* Marks particle i as one that phi follows: notes its place. */\n",
+    "/* Marks phi as synced with particle i: stores its place. */\n",
     "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
-    "/* Finds how far particle i has come since then, squared. */\n",
+    "/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -17629,7 +17678,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2861 \"springls.h\"\n",
+    "#line 2872 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17652,12 +17701,20 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
     "}\n",
     "\n",
+    "/* Finds the place of a brick in the top table, counted in bricks. */\n",
+    "SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])\n",
+    "{\n",
+    "    place[0] = brick % g->bricks[0];\n",
+    "    place[1] = brick / g->bricks[0] % g->bricks[1];\n",
+    "    place[2] = brick / (g->bricks[0] * g->bricks[1]);\n",
+    "}\n",
+    "\n",
     "/* Finds the first voxel of a brick of the top table. */\n",
     "SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])\n",
     "{\n",
-    "    origin[0] = 8 * (brick % g->bricks[0]);\n",
-    "    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
-    "    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "    int axis;\n",
+    "    springls__brick_place(g, brick, origin);\n",
+    "    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
@@ -17759,7 +17816,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
-    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
     "SPRINGLS__MATHS int springls__tile_step(int d)\n",
     "{\n",
     "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
@@ -17808,14 +17865,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the smallest of the six neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "/* Returns the largest of the six neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
@@ -17831,7 +17888,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns where a voxel and one of its six neighbours lie on different sides. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)\n",
     "{\n",
-    "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
+    "    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));\n",
     "}\n",
     "\n",
     "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
@@ -18007,7 +18064,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3240 \"springls.h\"\n",
+    "#line 3259 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18016,7 +18073,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3249 \"springls.h\"\n",
+    "#line 3268 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18031,7 +18088,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3265 \"springls.h\"\n",
+    "#line 3284 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18044,7 +18101,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3297 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18059,7 +18116,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3312 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18072,27 +18129,36 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3306 \"springls.h\"\n",
+    "#line 3325 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
     "    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);\n",
     "}\n",
     "\n",
-    "/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
     "SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
     "{\n",
     "    springls__v3 middle = springls__add(k2, k3);\n",
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;\n",
-    "   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its\n",
-    "   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */\n",
+    "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
+    "   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into\n",
+    "   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi\n",
+    "   hardly changes, and the error of the normal would decide. */\n",
     "SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)\n",
     "{\n",
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */\n",
+    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)\n",
+    "{\n",
+    "    float before = springls__grid_sample(g, g->phi, s.p);\n",
+    "    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));\n",
+    "    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;\n",
     "}\n",
     "\n",
     "/* A sampled field: from the model's voxels to its own samples. */\n",
@@ -18124,7 +18190,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Mean curvature of phi at x: the Laplacian of a distance. */\n",
+    "/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */\n",
     "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, g->phi, x);\n",
@@ -18137,7 +18203,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
     "}\n",
     "\n",
-    "/* What moves springls (eq. 1), where no callback has a part in it. */\n",
+    "/* Names the flows that kernels compute without a callback (eq. 1). */\n",
     "#define SPRINGLS__FLOW_NONE 0\n",
     "#define SPRINGLS__FLOW_DEFORMATION 1\n",
     "#define SPRINGLS__FLOW_ROTATION 2\n",
@@ -18154,7 +18220,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
-    "/* sigma of eq. 1. */\n",
+    "/* Returns sigma of eq. 1 at x. */\n",
     "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                               float time)\n",
     "{\n",
@@ -18172,7 +18238,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
     "}\n",
     "\n",
-    "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                              springls__v3 n, springls__v3 out)\n",
     "{\n",
@@ -18191,7 +18257,18 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
     "\n",
-    "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
+    "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "\n",
+    "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
+    "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
+    "{\n",
+    "    int m, finite = 1;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
+    "    return finite != 0;\n",
+    "}\n",
+    "\n",
+    "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
+    "   and the push at the particle. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                     springls__movers at, float time)\n",
     "{\n",
@@ -18210,7 +18287,7 @@ static const char *const springls__kernel_lines[] = {
     "    return slope;\n",
     "}\n",
     "\n",
-    "/* x + s k, for all. */\n",
+    "/* Returns all points, moved by s times their slopes. */\n",
     "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
     "{\n",
     "    int m;\n",
@@ -18242,21 +18319,17 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    springls__movers at, d;\n",
     "    float d2;\n",
-    "    int m, finite = 1;\n",
+    "    int m;\n",
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
     "    d = springls__displacement_of(model, &rule, at);\n",
-    "    if (rule.stop_at_topology\n",
-    "        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),\n",
-    "                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],\n",
-    "                                      springls__springl_normal(s)))\n",
+    "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
     "    d2 = springls__length2(d.x[0]);\n",
     "    springls__displacement(model)[i] = d;\n",
-    "    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
+    "    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;\n",
     "}\n",
     "\n",
     "/* Moves springl i by its displacements. */\n",
@@ -18270,7 +18343,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3987 \"springls.h\"\n",
+    "#line 4022 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18337,7 +18410,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->cells->ids[walk->next++];\n",
     "}\n",
     "\n",
-    "/* Begins a walk over all springls whose particle may lie within r of x, and some more. */\n",
+    "/* Begins a walk over at least all springls whose particle lies within r of x. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
@@ -18408,7 +18481,8 @@ static const char *const springls__kernel_lines[] = {
     "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);\n",
     "}\n",
     "\n",
-    "/* Puts it into those lists; entry r + 1 moves on to where the list ends. */\n",
+    "/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list\n",
+    "   ends. */\n",
     "SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18445,7 +18519,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4163 \"springls.h\"\n",
+    "#line 4199 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18518,8 +18592,8 @@ static const char *const springls__kernel_lines[] = {
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
-    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],\n",
-    "                                                     room, d2[m], 3 * other + (int)edge[m]);\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m,\n",
+    "                                                     length[m], room, d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -18528,8 +18602,11 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4247 \"springls.h\"\n",
+    "#line 4283 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
+    "\n",
+    "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
+    "#define SPRINGLS__SAME_SIDE 0.3f\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
     "SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)\n",
@@ -18556,10 +18633,7 @@ static const char *const springls__kernel_lines[] = {
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
     "    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;\n",
     "    springls__tri t;\n",
-    "    if (springls__length2(u) < 1e-8f)\n",
-    "        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))\n",
-    "                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));\n",
-    "    u = springls__normalize(u);\n",
+    "    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);\n",
     "    v = springls__cross(n, u);\n",
     "    t.a = springls__mad(p, u, radius);\n",
     "    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);\n",
@@ -18576,7 +18650,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */\n",
     "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
     "    const float range = 1.5f; /* voxels */\n",
@@ -18679,7 +18753,7 @@ static const char *const springls__kernel_lines[] = {
     "        bool older = model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
-    "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
+    "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -18702,7 +18776,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4422 \"springls.h\"\n",
+    "#line 4458 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18755,7 +18829,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi and omega. */\n",
+    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -18778,7 +18852,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4499 \"springls.h\"\n",
+    "#line 4535 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18804,7 +18878,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4526 \"springls.h\"\n",
+    "#line 4562 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18843,7 +18917,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
     "{\n",
-    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    const float turn = 6.28318531f;\n",
     "    springls__widest_gap widest;\n",
     "    float from, middle;\n",
     "    int i;\n",
@@ -18860,9 +18934,9 @@ static const char *const springls__kernel_lines[] = {
     "        widest.angle = angle;\n",
     "        from = gaps.angle[i - 1];\n",
     "    }\n",
-    "    middle = (from + 0.5f * widest.angle) * over_pi;\n",
+    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
     "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                   springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
     "    return widest;\n",
     "}\n",
     "\n",
@@ -18870,11 +18944,10 @@ static const char *const springls__kernel_lines[] = {
     "   two wide gaps; its end and a drop leave nearly all open. */\n",
     "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
     "{\n",
-    "    const float degree = 0.0174532925f;\n",
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4597 \"springls.h\"\n",
+    "#line 4632 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -18982,21 +19055,27 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a\n",
-    "   wide hole, the height is unreliable: the place stays. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
+    "   not ok with fewer. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)\n",
     "{\n",
     "    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
+    "    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;\n",
+    "}\n",
+    "\n",
+    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
+    "   there. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "{\n",
+    "    springls__fit_result result = springls__fit_highest(fit);\n",
     "    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];\n",
-    "    if (fit.count < 4) result.ok = 0;\n",
-    "    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    if (u * u + v * v > w * w) {\n",
     "        result.point = fit.origin;\n",
     "        result.normal = fit.n;\n",
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4720 \"springls.h\"\n",
+    "#line 4761 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19051,7 +19130,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4776 \"springls.h\"\n",
+    "#line 4817 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19066,7 +19145,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4791 \"springls.h\"\n",
+    "#line 4832 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19081,7 +19160,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4807 \"springls.h\"\n",
+    "#line 4848 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19092,7 +19171,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4818 \"springls.h\"\n",
+    "#line 4859 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19107,7 +19186,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4833 \"springls.h\"\n",
+    "#line 4874 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19118,7 +19197,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4844 \"springls.h\"\n",
+    "#line 4885 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19172,8 +19251,8 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or\n",
-    "   minus twice far_value. */\n",
+    "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
+    "   old one plus or minus twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
@@ -19221,7 +19300,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4948 \"springls.h\"\n",
+    "#line 4989 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19243,11 +19322,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
     "{\n",
     "    int s, best = -1;\n",
-    "    float most = SPRINGLS__TOGETHER, along;\n",
+    "    float closest = SPRINGLS__TOGETHER, along;\n",
     "    for (s = 0; s < sides.count; s++) {\n",
     "        along = springls__dot(sides.normal[s], n);\n",
-    "        if (along <= most) continue;\n",
-    "        most = along;\n",
+    "        if (along <= closest) continue;\n",
+    "        closest = along;\n",
     "        best = s;\n",
     "    }\n",
     "    return best;\n",
@@ -19275,7 +19354,7 @@ static const char *const springls__kernel_lines[] = {
     "    return patch;\n",
     "}\n",
     "\n",
-    "/* Returns their variance in the direction in which it is least. */\n",
+    "/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */\n",
     "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
     "{\n",
     "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
@@ -19333,15 +19412,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
     "                                                   const float *weight, int count)\n",
     "{\n",
-    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)\n",
-    "                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),\n",
-    "                 e2;\n",
+    "    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);\n",
     "    springls__patch patch = springls__patch_begin();\n",
     "    springls__strip strip;\n",
     "    float sum = 0.0f;\n",
     "    int i;\n",
-    "    e1 = springls__normalize(springls__cross(facing, e1));\n",
-    "    e2 = springls__cross(facing, e1);\n",
     "    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    for (i = 0; i < count; i++) {\n",
     "        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;\n",
@@ -19456,7 +19531,7 @@ static const char *const springls__kernel_lines[] = {
     "    int id[SPRINGLS__SAMPLE_SET_SIZE], count;\n",
     "} springls__sample_set;\n",
     "\n",
-    "/* Adds one; false when the set is full. */\n",
+    "/* Adds a springl to the set; false when the set is full. */\n",
     "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                              float weight, int id)\n",
     "{\n",
@@ -19510,10 +19585,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
     "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
-    "    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
-    "    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
-    "    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f\n",
-    "        || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
+    "    result = springls__fit_highest(fit);\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
     "        result.ok = 0;\n",
     "    return result;\n",
     "}\n",
@@ -19706,7 +19779,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5434 \"springls.h\"\n",
+    "#line 5469 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19804,7 +19877,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5533 \"springls.h\"\n",
+    "#line 5568 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19818,7 +19891,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
-    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;\n",
+    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
@@ -19854,7 +19927,7 @@ static const char *const springls__kernel_lines[] = {
     "   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
-    "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
+    "    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;\n",
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
@@ -19933,7 +20006,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5663 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19946,7 +20019,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;\n",
     "\n",
-    "/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
+    "/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */\n",
     "SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {\n",
     "    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,\n",
     "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,\n",
@@ -20051,9 +20124,9 @@ static const char *const springls__kernel_lines[] = {
     "    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;\n",
     "}\n",
     "\n",
-    "/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so\n",
-    "   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise\n",
-    "   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */\n",
+    "/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all\n",
+    "   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put\n",
+    "   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */\n",
     "SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)\n",
     "{\n",
     "    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);\n",
@@ -20065,8 +20138,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);\n",
     "}\n",
     "\n",
-    "/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added\n",
-    "   first: every cube around the edge finds the same bits. */\n",
+    "/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole\n",
+    "   numbers first, so that all cubes around the edge get the same bits. */\n",
     "SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)\n",
     "{\n",
     "    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);\n",
@@ -20098,7 +20171,7 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "/* The same cube from the grid itself: slower, without a tile. */\n",
+    "/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */\n",
     "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
@@ -20123,7 +20196,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5854 \"springls.h\"\n",
+    "#line 5889 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20232,7 +20305,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5964 \"springls.h\"\n",
+    "#line 5999 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20255,7 +20328,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__oriented_springls(model);\n",
     "}\n",
     "\n",
-    "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
+    "/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the\n",
+    "   large springls. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
     "typedef struct springls__near_ranges {\n",
@@ -20305,12 +20379,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
+    "/* Returns the sum of a vector, whose x is `member`. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)\n",
+    "{\n",
+    "    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],\n",
+    "                             sums[springls__sum_at(member + 2, i)]);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);\n",
-    "    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);\n",
-    "    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);\n",
+    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);\n",
+    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);\n",
+    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);\n",
     "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
     "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
     "    return m;\n",
@@ -20371,11 +20452,13 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* Return the first and the last voxel of the brick that it comes near. */\n",
+    "/* Returns the first voxel of the brick that such a place comes near along one axis. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "\n",
+    "/* Returns the last voxel of the brick that such a place comes near along one axis. */\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
-    "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
+    "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
     "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -20573,7 +20656,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec lo = springls__least(v), hi = springls__most(v);\n",
+    "        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);\n",
     "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
     "        some = some || springls__vec_any(bubble | crumb);\n",
     "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
@@ -20581,7 +20664,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
+    "/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20601,7 +20684,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6334 \"springls.h\"\n",
+    "#line 6379 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20752,7 +20835,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6486 \"springls.h\"\n",
+    "#line 6531 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20760,7 +20843,9 @@ static const char *const springls__kernel_lines[] = {
     "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
     "    float sharpness;                 /* lambda_c                                 */\n",
     "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
+    "    springls_threshold threshold;    /* H                                         */\n",
+    "    springls_weight weight;          /* W                                         */\n",
+    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
     "} springls__relax_rule;\n",
     "\n",
     "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
@@ -20774,13 +20859,13 @@ static const char *const springls__kernel_lines[] = {
     "    rule.sharpness = params->sharpness;\n",
     "    rule.step_length = params->relax_step_length;\n",
     "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = (int)params->threshold;\n",
-    "    rule.weight = (int)params->weight;\n",
+    "    rule.threshold = params->threshold;\n",
+    "    rule.weight = params->weight;\n",
     "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6514 \"springls.h\"\n",
+    "#line 6561 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20795,7 +20880,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6530 \"springls.h\"\n",
+    "#line 6577 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20822,17 +20907,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
     "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
     "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
@@ -20911,8 +20996,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(turn) turn;\n",
     "    turn.some = angle >= 1e-7f;\n",
     "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
     "    return turn;\n",
     "}\n",
     "\n",
@@ -20964,7 +21049,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6699 \"springls.h\"\n",
+    "#line 6746 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20979,7 +21064,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6714 \"springls.h\"\n",
+    "#line 6761 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21006,17 +21091,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
     "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
     "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
@@ -21095,8 +21180,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(turn) turn;\n",
     "    turn.some = angle >= 1e-7f;\n",
     "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
     "    return turn;\n",
     "}\n",
     "\n",
@@ -21148,7 +21233,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6883 \"springls.h\"\n",
+    "#line 6930 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21176,15 +21261,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    s.q[1] = s.q[2];\n",
-    "    s.q[2] = q;\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    model->set.s[i] = springls__turned_round(s);\n",
     "}\n",
-    "#line 6920 \"springls.h\"\n",
+    "#line 6965 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21292,7 +21375,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7029 \"springls.h\"\n",
+    "#line 7074 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21300,7 +21383,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
     "\n",
-    "/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
     "{\n",
     "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
@@ -21389,7 +21472,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7127 \"springls.h\"\n",
+    "#line 7172 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21415,8 +21498,7 @@ static const char *const springls__kernel_lines[] = {
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "}\n",
     "\n",
-    "\n",
-    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
+    "/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */\n",
     "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21428,7 +21510,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t k;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
+    "    SPRINGLS__BARRIER; /* all items have read it before one writes omega */\n",
     "    if (!unknown) return;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
@@ -21441,12 +21523,12 @@ static const char *const springls__kernel_lines[] = {
     "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
     "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
-    "        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
+    "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -21464,14 +21546,14 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7203 \"springls.h\"\n",
+    "#line 7247 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
-    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
+    "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
     "/* Blocks closer than this to a springl stop the background. */\n",
     "#define SPRINGLS__SHELL 1.5f\n",
     "\n",
-    "/* Of a brick. */\n",
+    "/* States of a brick. */\n",
     "#define SPRINGLS__OPEN 0\n",
     "#define SPRINGLS__BLOCKED 1\n",
     "#define SPRINGLS__BACKGROUND 2\n",
@@ -21496,7 +21578,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
-    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
+    "/* Makes a block of step^3 bricks background; false when one of them is blocked. */\n",
     "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
     "{\n",
     "    int hi[3], x, y, z, axis;\n",
@@ -21542,7 +21624,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
-    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
+    "/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
+    "   -1. */\n",
     "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21552,7 +21635,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all know the slot */\n",
+    "    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */\n",
     "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
@@ -21563,7 +21646,7 @@ static const char *const springls__kernel_lines[] = {
     "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
     "\n",
-    "/* Is the background beside a block of b^3 voxels? */\n",
+    "/* Returns true when the background is beside a block of b^3 voxels. */\n",
     "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
     "{\n",
     "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
@@ -21636,7 +21719,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxels that springls are near take the side of the nearest ones. */\n",
+    "/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -21684,7 +21767,7 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* The side becomes the sign of the distance. */\n",
+    "/* Makes phi of active brick i a distance: omega with the sign of phi. */\n",
     "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21697,7 +21780,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7437 \"springls.h\"\n",
+    "#line 7482 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21804,7 +21887,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
     "}\n",
     "\n",
-    "/* Returns the case of the cube at x between them. */\n",
+    "/* Returns the case of the cube at x between the four rows. */\n",
     "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
     "{\n",
     "    uint32_t mask = 0u;\n",
@@ -21955,7 +22038,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7696 \"springls.h\"\n",
+    "#line 7741 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22037,7 +22120,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22041 \"springls.h\"\n",
+    "#line 22124 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

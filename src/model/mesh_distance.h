@@ -7,7 +7,7 @@
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge in one direction as in the other: w is a whole number */
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 

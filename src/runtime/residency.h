@@ -123,5 +123,4 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
             ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
-
 #endif
