@@ -11124,12 +11124,13 @@ SPRINGLS__FN void springls__triangle_nodes(const springls__grid *g, const spring
 SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__volume_components *c, const springls__cube_range *range,
                                        springls__mc_cell cell, int x, int y, int z, springls__component_triangle visit)
 {
-    int mask = springls__mc_case(cell), k, at[3];
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, at[3];
     int32_t nodes[3];
+    if (count == 0) return;
     at[0] = range->origin[0] + x;
     at[1] = range->origin[1] + y;
     at[2] = range->origin[2] + z;
-    for (k = 0; k < springls__mc_count(mask); k++) {
+    for (k = 0; k < count; k++) {
         springls__triangle_nodes(g, c, cell, k, at, nodes);
         visit(c, springls__cube_triangle(range, cell, mask, x, y, z, k), nodes);
     }
@@ -11180,10 +11181,10 @@ SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls
 
 /* ---- labels ---- */
 
-/* Returns the direction of the neighbor with the lowest phi, below that of the voxel; -1 where phi is flat. */
-SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z)
+/* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
+SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
 {
-    float least = springls__grid_voxel(g, g->phi, x, y, z), phi;
+    float phi;
     int d, best = -1, to[3];
     for (d = 0; d < 6; d++) {
         springls__voxel_beside(x, y, z, d, to);
@@ -11202,11 +11203,12 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
-        if (springls__is_inside(g, x, y, z)) {
+        float phi = springls__grid_voxel(g, g->phi, x, y, z);
+        if (phi < 0.0f) {
             int32_t node = springls__component_node(g, c, x, y, z);
             return node < c->voxels ? c->label[node] : -1;
         }
-        d = springls__steepest_descent(g, x, y, z);
+        d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
         x = to[0];
@@ -22120,7 +22122,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22124 \"springls.h\"\n",
+    "#line 22126 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
