@@ -2758,7 +2758,7 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
 }
 
 /* Returns s with its triangle turned round: the normal points the other way. */
-SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)
+SPRINGLS__MATHS springls__springl springls__reversed(springls__springl s)
 {
     springls__v3 q = s.q[1];
     s.q[1] = s.q[2];
@@ -6958,7 +6958,7 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    model->set.s[i] = springls__turned_round(s);
+    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
@@ -17571,7 +17571,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns s with its triangle turned round: the normal points the other way. */\n",
-    "SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)\n",
+    "SPRINGLS__MATHS springls__springl springls__reversed(springls__springl s)\n",
     "{\n",
     "    springls__v3 q = s.q[1];\n",
     "    s.q[1] = s.q[2];\n",
@@ -21267,7 +21267,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    model->set.s[i] = springls__turned_round(s);\n",
+    "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
     "#line 6965 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
@@ -22922,15 +22922,6 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
         *staying += action[i] == SPRINGLS__KEEP;
     }
     return SPRINGLS_OK;
-}
-
-/* Reverses the orientation of a springl. */
-SPRINGLS__FN springls__springl springls__reversed(springls__springl s)
-{
-    springls__v3 q = s.q[1];
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    return springls__springl_finished(s);
 }
 
 /* Copies the values of springl j for the attributes that both models have; others are 0. */

@@ -208,7 +208,7 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
 }
 
 /* Returns s with its triangle turned round: the normal points the other way. */
-SPRINGLS__MATHS springls__springl springls__turned_round(springls__springl s)
+SPRINGLS__MATHS springls__springl springls__reversed(springls__springl s)
 {
     springls__v3 q = s.q[1];
     s.q[1] = s.q[2];

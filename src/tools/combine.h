@@ -202,15 +202,6 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Reverses the orientation of a springl. */
-SPRINGLS__FN springls__springl springls__reversed(springls__springl s)
-{
-    springls__v3 q = s.q[1];
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    return springls__springl_finished(s);
-}
-
 /* Copies the values of springl j for the attributes that both models have; others are 0. */
 SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
 {
