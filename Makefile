@@ -64,7 +64,7 @@ springls.h: build/springls.h.new   ## put the parts together again, if one has c
 	@cmp -s $< $@ || { echo "  $@"; cp $< $@; }
 
 # springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
-check: build/embed check-folders   ## is springls.h what the parts produce? includes no part a higher room? is the OpenCL text clean?
+check: build/embed check-folders   ## is springls.h what the parts produce? are all includes of lower folders? is the OpenCL text clean?
 	@build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.check
 	@cmp -s springls.h build/springls.h.check || { \
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
