@@ -64,16 +64,16 @@ springls.h: build/springls.h.new   ## put the parts together again, if one has c
 	@cmp -s $< $@ || { echo "  $@"; cp $< $@; }
 
 # springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
-check: build/embed check-folders   ## is springls.h what the parts produce? includes no part a higher room? is the OpenCL text clean?
+check: build/embed check-folders   ## is springls.h what the parts produce? are all includes of lower folders? is the OpenCL text clean?
 	@build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.check
 	@cmp -s springls.h build/springls.h.check || { \
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
 	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
 	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
+	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl
 	@tests/portability/kernels.sh build/kernels.cl
-	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 
 SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
@@ -99,6 +99,7 @@ install:   ## copy the headers to $(DESTDIR)$(PREFIX)/include, and springls.pc f
 	printf '%s\n' 'includedir=$(PREFIX)/include' '' 'Name: springls' \
 	  'Description: Spring Level Sets: deformable surfaces in a C99 header' 'Version: $(VERSION)' \
 	  'Cflags: -I$${includedir}' 'Libs: -lm' > '$(PKG_CONFIG)/springls.pc'
+	chmod 644 '$(PKG_CONFIG)/springls.pc'
 
 uninstall:   ## remove what install has copied
 	rm -f '$(INCLUDES)/springls.h' '$(INCLUDES)/springls_cl.h' '$(PKG_CONFIG)/springls.pc'
