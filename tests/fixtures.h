@@ -24,7 +24,7 @@
 #endif
 
 #if defined(__GNUC__)
-#define FIXTURE __attribute__((unused)) static
+#define FIXTURE __attribute__((unused)) static inline
 #else
 #define FIXTURE static
 #endif
@@ -515,12 +515,15 @@ FIXTURE d3 fixture_normal(const fixture_springl *s)
 /* Distance from x to the nearest springl, by looking at all of them. */
 FIXTURE double fixture_distance(const springls_context *ctx, d3 x)
 {
+    springls_view vertices = springls_view_vertices(ctx);
     double best = DBL_MAX;
     int i, m;
-    for (i = 0; i < springls_count(ctx); i++) {
+    for (i = 0; i < vertices.count; i++) {
         d3 t[3];
-        double d;
-        for (m = 0; m < 3; m++) t[m] = d3_of(fixture_vertex(ctx, i, m));
+        double d, size;
+        for (m = 0; m < 3; m++) t[m] = d3_of(fixture_at(vertices, i, m));
+        size = fmax(d3_distance(t[0], t[1]), d3_distance(t[0], t[2]));
+        if (d3_distance(x, t[0]) - size > best) continue; /* all of the triangle is further away */
         d = d3_triangle_distance(t, x);
         if (d < best) best = d;
     }

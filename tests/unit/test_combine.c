@@ -310,7 +310,7 @@ TEST refusals(void)
 /* One allocation fails: the model is empty, or as good as before or after; nothing is lost, and the context serves again. */
 static greatest_test_res starve(int call, int fail_at, int *failed)
 {
-    springls_sphere one = fixture_ball(6.5f, 8.5f, 8.5f, 4.0f), two = fixture_ball(10.0f, 8.5f, 8.5f, 4.0f);
+    springls_sphere one = fixture_ball(6.5f, 8.5f, 8.5f, 3.2f), two = fixture_ball(9.3f, 8.5f, 8.5f, 3.2f);
     springls_desc desc = fixture_desc(18, NULL);
     springls_context *ctx;
     springls_status status;

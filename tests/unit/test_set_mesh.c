@@ -655,7 +655,7 @@ TEST mesh_files(void)
     size_t i, read = 0;
     if (!data || !data[0]) SKIPm("SPRINGLS_DATA is not set");
     for (i = 0; i < sizeof names / sizeof *names; i++) {
-        springls_desc desc = cube(128);
+        springls_desc desc = cube(96);
         char path[1024];
         FILE *file;
         float *phi;
@@ -669,7 +669,7 @@ TEST mesh_files(void)
         fclose(file);
         ASSERTm(names[i], ok);
         read++;
-        fit_to(128);
+        fit_to(96);
         ASSERT_EQm(names[i], SPRINGLS_OK, set_mesh(&desc));
         phi = level_set();
         volume = inside_volume(phi);

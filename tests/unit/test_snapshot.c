@@ -16,7 +16,7 @@ typedef struct scene {
 /* A sphere as a mesh of 320 triangles turned inside out: it has a source. */
 static springls_status ball_mesh(springls_context *ctx)
 {
-    springls_context *other = fixture_sphere(SIZE, NULL, 11.0f, 11.5f, 12.0f, 6.0f);
+    springls_context *other = fixture_sphere(SIZE, NULL, 11.0f, 11.5f, 12.0f, 4.8f);
     springls_mesh mesh;
     springls_status status = springls_extract_mesh(other, &mesh);
     int t;
@@ -39,8 +39,8 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     const int paper = which == FLUID_PAPER || which == PRESERVED;
     springls_params p = paper ? springls_paper_params() : springls_default_params();
     springls_desc desc = fixture_desc(SIZE, empty ? NULL : &p);
-    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
-    springls_box box = { { 11.5f, 11.5f, 11.5f }, { 5.0f, 4.0f, 6.0f } };
+    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 4.8f);
+    springls_box box = { { 11.5f, 11.5f, 11.5f }, { 4.0f, 3.0f, 5.0f } };
     springls_attribute_desc colour = {"colour", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND},
                             label = {"label", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY};
     int i;
@@ -295,7 +295,7 @@ TEST lies_are_refused(int frame)
 TEST strangers_are_refused(void)
 {
     springls_desc desc = fixture_desc(SIZE, NULL);
-    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 4.8f);
     springls_context *larger = fixture_sphere(SIZE + 8, NULL, 11.0f, 11.0f, 11.0f, 5.0f), *moved;
     scene s, other;
     block all, frame;
