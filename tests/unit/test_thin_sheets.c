@@ -118,11 +118,11 @@ static int deep_springls(springls_context *ctx, float depth)
 /* Components without specks, those of less than ten voxels. */
 static int bodies(springls_context *ctx)
 {
-    springls__volume_components parts;
+    springls__volume_components components;
     int i, n = 0;
     fixture_here(ctx);
-    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) n += !springls__is_speck(parts.part[i].volume);
+    if (springls__find_components(ctx, &components) != SPRINGLS_OK) return -1;
+    for (i = 0; i < components.count; i++) n += !springls__is_speck(components.item[i].volume);
     return n;
 }
 

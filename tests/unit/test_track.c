@@ -114,10 +114,10 @@ TEST new_springls_ask_their_neighbours(void)
         n++;
     }
     ASSERT_GT(n, 2);
-    a = springls__adopt_correspondence(&ctx->model, ctx->model.set.s[fresh], fresh);
+    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[fresh], fresh);
     ASSERT_LT(d3_distance(d3_scale(mean, 1.0 / n), d3_of(a)), 1e-5);
     ctx->model.params.nearest_rule = 1e-4f; /* any average is too far now */
-    a = springls__adopt_correspondence(&ctx->model, ctx->model.set.s[fresh], fresh);
+    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[fresh], fresh);
     ASSERT_LT(d3_distance(nearest_a, d3_of(a)), 1e-5);
     springls_destroy(ctx);
     PASS();
@@ -133,7 +133,7 @@ TEST the_range_grows(void)
     fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f), springls__v3_make(12.0f, 6.0f, 5.0f));
     ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
     ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
-    a = springls__adopt_correspondence(&ctx->model, ctx->model.set.s[1], 1);
+    a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[1], 1);
     ASSERT_EQ(1.0f, a.x);
     ASSERT_EQ(2.0f, a.y);
     ASSERT_EQ(3.0f, a.z);

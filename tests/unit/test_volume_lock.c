@@ -145,11 +145,11 @@ static void squeeze(void *user, const float *x, int count, float time, float *v)
 /* Components but for specks, which mergers leave behind. */
 static int large_parts(springls_context *ctx)
 {
-    springls__volume_components parts;
+    springls__volume_components components;
     int i, large = 0;
     fixture_here(ctx);
-    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
-    for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.part[i].volume);
+    if (springls__find_components(ctx, &components) != SPRINGLS_OK) return -1;
+    for (i = 0; i < components.count; i++) large += !springls__is_speck(components.item[i].volume);
     return large;
 }
 
