@@ -21,26 +21,12 @@ STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
 MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
                 $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
-TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(OPENCL),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
-TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h src/*/*.h kernels_embed/*/*.h)
 # The top of the OpenCL text; it includes the rest.
 DEVICE_TEXT  := kernels_embed/device/entry_points.cl
-# Tests have OpenCL where its headers are; the parts have no text for it.
-OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
-# Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
-TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
-# Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
-TEST_FILES   := $(sort $(wildcard tests/unit/test_*.c tests/examples/test_*.c))
-ifeq ($(VARIANT),tsan)
-  TEST_FILES := $(shell grep -l -e pthread -e histories.h $(TEST_FILES))
-endif
-TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
-
 ifdef SPRINGLS_DATA
   export SPRINGLS_DATA
 endif
@@ -48,7 +34,7 @@ endif
 export OMP_WAIT_POLICY ?= passive
 
 .PHONY: help deps deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
-        segmentation imaging install format clean \
+        segmentation imaging install uninstall format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -78,16 +64,16 @@ springls.h: build/springls.h.new   ## put the parts together again, if one has c
 	@cmp -s $< $@ || { echo "  $@"; cp $< $@; }
 
 # springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
-check: build/embed check-folders   ## is springls.h what the parts produce? includes no part a higher room? is the OpenCL text clean?
+check: build/embed check-folders   ## is springls.h what the parts produce? are all includes of lower folders? is the OpenCL text clean?
 	@build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.check
 	@cmp -s springls.h build/springls.h.check || { \
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
 	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
 	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
+	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl
 	@tests/portability/kernels.sh build/kernels.cl
-	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 
 SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
@@ -102,9 +88,21 @@ include tests/bench/bench.mk
 
 # ---- the rest ----
 
-install: springls.h   ## copy the headers to $(DESTDIR)$(PREFIX)/include
-	install -d $(DESTDIR)$(PREFIX)/include
-	install -m 644 springls.h springls_cl.h $(DESTDIR)$(PREFIX)/include
+# What is installed is the file as it is: springls.h is no prerequisite.
+INCLUDES   = $(DESTDIR)$(PREFIX)/include
+PKG_CONFIG = $(DESTDIR)$(PREFIX)/share/pkgconfig
+VERSION    = $(shell sed -n 's/^#define SPRINGLS_VERSION_[A-Z]* \([0-9]*\)$$/\1/p' springls.h | paste -s -d .)
+
+install:   ## copy the headers to $(DESTDIR)$(PREFIX)/include, and springls.pc for pkg-config
+	install -d '$(INCLUDES)' '$(PKG_CONFIG)'
+	install -m 644 springls.h springls_cl.h '$(INCLUDES)'
+	printf '%s\n' 'includedir=$(PREFIX)/include' '' 'Name: springls' \
+	  'Description: Spring Level Sets: deformable surfaces in a C99 header' 'Version: $(VERSION)' \
+	  'Cflags: -I$${includedir}' 'Libs: -lm' > '$(PKG_CONFIG)/springls.pc'
+	chmod 644 '$(PKG_CONFIG)/springls.pc'
+
+uninstall:   ## remove what install has copied
+	rm -f '$(INCLUDES)/springls.h' '$(INCLUDES)/springls_cl.h' '$(PKG_CONFIG)/springls.pc'
 
 format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are better laid out by hand)
 	$(if $(FILES),clang-format -i $(FILES),@echo 'which? make format FILES="src/new.h"'; exit 2)
@@ -112,4 +110,4 @@ format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are bet
 clean:   ## remove build/
 	rm -rf build
 
--include $(wildcard build/test*/*/*.d build/bench/*.d)
+-include $(wildcard build/bench/*.d)

@@ -25,6 +25,7 @@
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
      >>memory               src/runtime/memory.h
+     >>resumable            src/runtime/resumable.h
      >>kernel_table         src/runtime/kernel_table.h
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
@@ -51,7 +52,6 @@
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
-     >>resumable            src/runtime/resumable.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
      >>stage_clock          src/runtime/stage_clock.h
@@ -1556,11 +1556,11 @@ typedef union springls__arguments {
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
    springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
-   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
-    /* what several stages build on the way */                                                                                   \
+    /* built by several stages */                                                                                                \
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
     X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
@@ -1594,7 +1594,7 @@ typedef union springls__arguments {
     X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
-    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -1630,9 +1630,9 @@ typedef union springls__arguments {
     /* volume_lock */                                                                                                            \
     X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
     X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
+    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
     /* output */                                                                                                                 \
-    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \
+    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
 
 /* ======== >>compat:kernel  (kernels_embed/language/compat.h) =================================================== */
@@ -1641,7 +1641,7 @@ typedef union springls__arguments {
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
-  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
+  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
@@ -1650,7 +1650,7 @@ typedef union springls__arguments {
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
-  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  /* Calls springls_cl_desc.velocity_source for advect.h. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
       static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
@@ -1686,7 +1686,7 @@ typedef union springls__arguments {
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
-  /* Never called: on the host it is a callback. */
+  /* Defines a function that is never called: on the host the velocity is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
       {                                                                                                                   \
@@ -1714,6 +1714,9 @@ SPRINGLS__MATHS float springls__floor(float x)
 
 /* ======== >>vector:kernel  (kernels_embed/language/vector.h) =================================================== */
 /* vector.h - three-vectors and functions of single numbers. */
+
+#define SPRINGLS__DEGREE 0.0174532925f /* radians */
+#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
@@ -1973,7 +1976,6 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
     return *(const springls__vec_anywhere *)(const void *)from;
 }
 
-
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -2190,7 +2192,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
 /* -------- back in kernels_embed/language/simd.h -------- */
 
-/* A table for springls__vec_from. */
+/* Holds the numbers that springls__vec_from reads. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
 /* Returns first, first + 1, ..., for the places along a row of eight. */
@@ -2204,7 +2206,7 @@ typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 /* A triangle prepared for many points: everything a distance needs that does not depend on the point. */
 typedef struct springls__tri_plan {
     springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */
     float inverse_edge2[3], inverse_n2;
 } springls__tri_plan;
 
@@ -2250,7 +2252,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -2258,9 +2260,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
@@ -2309,7 +2311,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -2317,9 +2319,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
@@ -2391,9 +2393,9 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.edge[0] = springls__sub(t.b, t.a);
     plan.edge[1] = springls__sub(t.c, t.b);
     plan.edge[2] = springls__sub(t.a, t.c);
-    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
-    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
-    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
+    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);
+    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);
+    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);
     plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
     plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
     plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
@@ -2575,8 +2577,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
-    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
-    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */
 
 /* Lists what a grid has for each slot. */
 #define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
@@ -2651,12 +2653,12 @@ typedef struct springls__record {
 #undef SPRINGLS__RECORD_MEMBER
 } springls__record;
 
-/* Kinds of springls: springls_kind of the interface. */
+/* Names the kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
 
-/* What is done with a springl, or with a seed of one. */
+/* Names what is done with a springl, or with a seed of one. */
 #define SPRINGLS__REMOVE 0
 #define SPRINGLS__KEEP 1
 #define SPRINGLS__RESHAPE 2
@@ -2755,6 +2757,15 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
     return springls__tri_normal(springls__springl_tri(s));
 }
 
+/* Returns s with its triangle turned round: the normal points the other way. */
+SPRINGLS__MATHS springls__springl springls__reversed(springls__springl s)
+{
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
 /* Returns true when springl i lies at a sharp edge that is to be kept. */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
 {
@@ -2803,14 +2814,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks particle i as one that phi follows: notes its place. */
+/* Marks phi as synced with particle i: stores its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* Finds how far particle i has come since then, squared. */
+/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
@@ -2880,12 +2891,20 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
+/* Finds the place of a brick in the top table, counted in bricks. */
+SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])
+{
+    place[0] = brick % g->bricks[0];
+    place[1] = brick / g->bricks[0] % g->bricks[1];
+    place[2] = brick / (g->bricks[0] * g->bricks[1]);
+}
+
 /* Finds the first voxel of a brick of the top table. */
 SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    origin[0] = 8 * (brick % g->bricks[0]);
-    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+    int axis;
+    springls__brick_place(g, brick, origin);
+    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
 }
 
 SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
@@ -2987,7 +3006,7 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
 SPRINGLS__MATHS int springls__tile_step(int d)
 {
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
@@ -3036,14 +3055,14 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
 }
 
 /* Returns the smallest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
 /* Returns the largest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
@@ -3059,7 +3078,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls_
 /* Returns where a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 {
-    return springls__crosses(v.c, springls__least(v), springls__most(v));
+    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));
 }
 
 /* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
@@ -3309,20 +3328,29 @@ SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springl
     return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);
 }
 
-/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     springls__v3 middle = springls__add(k2, k3);
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;
-   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its
-   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */
+/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
+   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
+   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi
+   hardly changes, and the error of the normal would decide. */
 SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
+}
+
+/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+{
+    float before = springls__grid_sample(g, g->phi, s.p);
+    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
+    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
 }
 
 /* A sampled field: from the model's voxels to its own samples. */
@@ -3354,7 +3382,7 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Mean curvature of phi at x: the Laplacian of a distance. */
+/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
@@ -3367,7 +3395,7 @@ SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
-/* What moves springls (eq. 1), where no callback has a part in it. */
+/* Names the flows that kernels compute without a callback (eq. 1). */
 #define SPRINGLS__FLOW_NONE 0
 #define SPRINGLS__FLOW_DEFORMATION 1
 #define SPRINGLS__FLOW_ROTATION 2
@@ -3384,7 +3412,7 @@ typedef struct springls__force_rule {
 
 SPRINGLS__USER_VELOCITY
 
-/* sigma of eq. 1. */
+/* Returns sigma of eq. 1 at x. */
 SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                                float time)
 {
@@ -3402,7 +3430,7 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
 }
 
-/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
 SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                               springls__v3 n, springls__v3 out)
 {
@@ -3421,7 +3449,18 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
-/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+
+/* Returns true when the displacements of all points are finite, and their squares too. */
+SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+{
+    int m, finite = 1;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    return finite != 0;
+}
+
+/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
+   and the push at the particle. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
                                                      springls__movers at, float time)
 {
@@ -3440,7 +3479,7 @@ SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *mode
     return slope;
 }
 
-/* x + s k, for all. */
+/* Returns all points, moved by s times their slopes. */
 SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
 {
     int m;
@@ -3472,21 +3511,17 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
-    int m, finite = 1;
+    int m;
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
-    if (rule.stop_at_topology
-        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
-                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
-                                      springls__springl_normal(s)))
+    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
 }
 
 /* Moves springl i by its displacements. */
@@ -3621,8 +3656,8 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
-    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
-    springls__pieces loop;  /* that the phase before has ended with                                             */
+    float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
+    springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
 
 /* The motion of advect: its forces, its numbers, and what has come of it. */
@@ -3666,9 +3701,9 @@ typedef struct springls__stepping {
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
-    float longest_substep;  /* as the force permits                                                             */
+    float longest_substep;  /* that the force permits                                                           */
     int substeps;           /* so far                                                                           */
-    bool resamples;         /* this sub-step does                                                               */
+    bool resamples;         /* this sub-step contracts and resamples                                            */
     bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
     int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
@@ -3862,6 +3897,127 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
     springls__bind(ctx);
 }
 
+/* ======== >>residency  (src/runtime/residency.h) =============================================================== */
+/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
+   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
+   are copied. */
+
+/* Returns how many elements of an array are in use. */
+SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
+{
+    const springls__model *m = &ctx->model;
+    size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
+    return used < all ? used : all;
+}
+
+/* Copies an array to the host or to the device. */
+SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
+{
+    springls__buffer *buffer = &ctx->memory[array];
+    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
+    if (to_host) buffer->host_stale = false;
+    else buffer->device_stale = false;
+    return SPRINGLS_OK;
+}
+
+/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
+   host can go on from there. Fails when a copy fails: then the model is lost. */
+SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
+{
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    ctx->on_device = false;
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
+                                         ctx->lost ? ", the model is lost" : "");
+    return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
+}
+
+/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
+   *status is the result: that of the device, or the failure to copy the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
+
+/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
+SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
+{
+    int array;
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->backend) return SPRINGLS_OK;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (!springls__has_array(reads | writes, array)) continue;
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
+            return springls__fall_back_to_host(ctx);
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
+SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->device_bytes < buffer->bytes) {
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            buffer->device_stale = !buffer->host_stale;
+        }
+        if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
+        if (springls__has_array(writes, array)) buffer->host_stale = true;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
+SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
+{
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+        return SPRINGLS_OK;
+    return springls__fall_back_to_host(ctx);
+}
+
+/* Makes kernels run on the device from now on, if there is one: called by stages. */
+SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
+
+/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
+SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
+{
+    int array;
+    ctx->on_device = false;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        ctx->memory[array].host_stale = false;
+        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
+    }
+}
+
+/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (springls__has_array(SPRINGLS__WORK_BITS, array))
+            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
 /* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
    is listed in `large` instead, so that one huge triangle does not widen every search. */
@@ -3929,7 +4085,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over at least all springls whose particle lies within r of x. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -4000,7 +4156,8 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
         if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
 }
 
-/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
+   ends. */
 SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
@@ -4111,8 +4268,8 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
-                                                     room, d2[m], 3 * other + (int)edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m,
+                                                     length[m], room, d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -4124,6 +4281,9 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
 /* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
+
+/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
+#define SPRINGLS__SAME_SIDE 0.3f
 
 /* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
@@ -4150,10 +4310,7 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
-    if (springls__length2(u) < 1e-8f)
-        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))
-                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));
-    u = springls__normalize(u);
+    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
     v = springls__cross(n, u);
     t.a = springls__mad(p, u, radius);
     t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);
@@ -4170,7 +4327,7 @@ SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, spring
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */
@@ -4273,7 +4430,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -4350,7 +4507,7 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     }
 }
 
-/* phi_next from phi and omega. */
+/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *memory)
 {
@@ -4440,7 +4597,7 @@ typedef struct springls__widest_gap { float angle, second; springls__v3 middle; 
 
 SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
 {
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    const float turn = 6.28318531f;
     springls__widest_gap widest;
     float from, middle;
     int i;
@@ -4457,9 +4614,9 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
         widest.angle = angle;
         from = gaps.angle[i - 1];
     }
-    middle = (from + 0.5f * widest.angle) * over_pi;
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
     widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
     return widest;
 }
 
@@ -4467,9 +4624,8 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
    two wide gaps; its end and a drop leave nearly all open. */
 SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 {
-    const float degree = 0.0174532925f;
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
 }
 
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
@@ -4580,14 +4736,20 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
-   wide hole, the height is unreliable: the place stays. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+{
+    springls__fit_result result = springls__fit_highest(fit);
     float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (fit.count < 4) result.ok = 0;
-    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
     if (u * u + v * v > w * w) {
         result.point = fit.origin;
         result.normal = fit.n;
@@ -4773,8 +4935,8 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
-   minus twice far_value. */
+/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
+   old one plus or minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
@@ -4845,11 +5007,11 @@ typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SP
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
-    float most = SPRINGLS__TOGETHER, along;
+    float closest = SPRINGLS__TOGETHER, along;
     for (s = 0; s < sides.count; s++) {
         along = springls__dot(sides.normal[s], n);
-        if (along <= most) continue;
-        most = along;
+        if (along <= closest) continue;
+        closest = along;
         best = s;
     }
     return best;
@@ -4877,7 +5039,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Returns their variance in the direction in which it is least. */
+/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -4935,15 +5097,11 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
-                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
-                 e2;
+    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
     int i;
-    e1 = springls__normalize(springls__cross(facing, e1));
-    e2 = springls__cross(facing, e1);
     strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (i = 0; i < count; i++) {
         if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
@@ -5058,7 +5216,7 @@ typedef struct springls__sample_set {
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* Adds one; false when the set is full. */
+/* Adds a springl to the set; false when the set is full. */
 SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
                                               float weight, int id)
 {
@@ -5112,10 +5270,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
             fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+    result = springls__fit_highest(fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
     return result;
 }
@@ -5422,7 +5578,7 @@ typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
 SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
@@ -5458,7 +5614,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
    that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
@@ -5551,7 +5707,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
@@ -5656,9 +5812,9 @@ SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
     return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
 }
 
-/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
-   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
-   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
+/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all
+   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put
+   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */
 SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
 {
     return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
@@ -5670,8 +5826,8 @@ SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edg
     return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
 }
 
-/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
-   first: every cube around the edge finds the same bits. */
+/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole
+   numbers first, so that all cubes around the edge get the same bits. */
 SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
 {
     int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
@@ -5703,7 +5859,7 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* The same cube from the grid itself: slower, without a tile. */
+/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
@@ -5862,7 +6018,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
     return springls__oriented_springls(model);
 }
 
-/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the
+   large springls. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
 typedef struct springls__near_ranges {
@@ -5912,12 +6069,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
+/* Returns the sum of a vector, whose x is `member`. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+{
+    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
+                             sums[springls__sum_at(member + 2, i)]);
+}
+
 SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
-    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
-    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
     m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
     m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
@@ -5978,11 +6142,13 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Return the first and the last voxel of the brick that it comes near. */
+/* Returns the first voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+
+/* Returns the last voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
-/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
                                             bool nearest, SPRINGLS__LOCAL float *sums)
 {
@@ -6180,7 +6346,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vec_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
@@ -6188,7 +6354,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     return some;
 }
 
-/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
+/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
@@ -6369,7 +6535,9 @@ typedef struct springls__relax_rule {
     float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
     float sharpness;                 /* lambda_c                                 */
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    int threshold, weight, physical; /* H, W, and which torque                   */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
 } springls__relax_rule;
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
@@ -6383,8 +6551,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.sharpness = params->sharpness;
     rule.step_length = params->relax_step_length;
     rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
     rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
     return rule;
 }
@@ -6432,17 +6600,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -6521,8 +6689,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 
@@ -6616,17 +6784,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -6705,8 +6873,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 
@@ -6786,13 +6954,11 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = springls__reversed(s);
 }
 
 /* ======== >>resample:kernel  (kernels_embed/stages/resample.h) ================================================= */
@@ -6912,7 +7078,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
-/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
 SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
 {
     return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
@@ -7028,8 +7194,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
-
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
@@ -7041,7 +7206,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     uint32_t k;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
+    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
@@ -7054,12 +7219,12 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
 }
 
@@ -7080,12 +7245,12 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 
 /* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */
 
 /* Blocks closer than this to a springl stop the background. */
 #define SPRINGLS__SHELL 1.5f
 
-/* Of a brick. */
+/* States of a brick. */
 #define SPRINGLS__OPEN 0
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
@@ -7110,7 +7275,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+/* Makes a block of step^3 bricks background; false when one of them is blocked. */
 SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
@@ -7156,7 +7321,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
+   -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
@@ -7166,7 +7332,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all know the slot */
+    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */
     if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
     for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
@@ -7177,7 +7343,7 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
-/* Is the background beside a block of b^3 voxels? */
+/* Returns true when the background is beside a block of b^3 voxels. */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
     return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
@@ -7250,7 +7416,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-/* Voxels that springls are near take the side of the nearest ones. */
+/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *side)
 {
@@ -7298,7 +7464,7 @@ SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
-/* The side becomes the sign of the distance. */
+/* Makes phi of active brick i a distance: omega with the sign of phi. */
 SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {
@@ -7419,7 +7585,7 @@ SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, 
     return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
 }
 
-/* Returns the case of the cube at x between them. */
+/* Returns the case of the cube at x between the four rows. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
     uint32_t mask = 0u;
@@ -7694,127 +7860,6 @@ typedef struct springls__kernel_info {
         for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                              \
     }
 
-/* ======== >>residency  (src/runtime/residency.h) =============================================================== */
-/* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
-   Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
-   are copied. */
-
-/* Returns how many elements of an array are in use. */
-SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
-{
-    const springls__model *m = &ctx->model;
-    size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
-    else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
-    return used < all ? used : all;
-}
-
-/* Copies an array to the host or to the device. */
-SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
-{
-    springls__buffer *buffer = &ctx->memory[array];
-    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
-    if (to_host) buffer->host_stale = false;
-    else buffer->device_stale = false;
-    return SPRINGLS_OK;
-}
-
-/* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
-   host can go on from there. Fails when a copy fails: then the model is lost. */
-SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
-{
-    int array;
-    char error[sizeof ctx->error];
-    memcpy(error, ctx->error, sizeof error);
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
-        if (buffer->device) ctx->backend->release(ctx, buffer);
-        buffer->host_stale = buffer->device_stale = false;
-    }
-    ctx->backend = NULL;
-    ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
-                                         ctx->lost ? ", the model is lost" : "");
-    return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
-}
-
-/* Returns true when the host has to repeat a call of the backend that ended with *status, because the device has failed. Else
-   *status is the result: that of the device, or the failure to copy the model to the host. */
-SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
-{
-    if (*status != SPRINGLS_DEVICE_FAILED) return false;
-    if (!ctx->on_device) return true; /* the call has fallen back itself */
-    *status = springls__fall_back_to_host(ctx);
-    return *status == SPRINGLS_OK;
-}
-
-/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
-SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
-{
-    int array;
-    if (ctx->lost) return ctx->backend_status;
-    if (!ctx->backend) return SPRINGLS_OK;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (!springls__has_array(reads | writes, array)) continue;
-        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
-            return springls__fall_back_to_host(ctx);
-        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
-SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
-{
-    int array;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
-                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
-            buffer->device_stale = !buffer->host_stale;
-        }
-        if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
-        if (springls__has_array(writes, array)) buffer->host_stale = true;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Copies the first bytes of an array to the host, for one reading: the array counts as stale there still. */
-SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
-{
-    if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
-        return SPRINGLS_OK;
-    return springls__fall_back_to_host(ctx);
-}
-
-/* Makes kernels run on the device from now on, if there is one: called by stages. */
-SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
-
-/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
-SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
-{
-    int array;
-    ctx->on_device = false;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        ctx->memory[array].host_stale = false;
-        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
-    }
-}
-
-/* Drops the contents of working memory, which are undefined between stages, so that nobody transfers them. */
-SPRINGLS__FN void springls__forget_work(springls_context *ctx)
-{
-    int array;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (springls__has_array(SPRINGLS__WORK_BITS, array))
-            ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
-}
-
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
@@ -7954,7 +7999,8 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Does so with the first `count` numbers of an array; fails when *total, the sum of all, is more than an int holds. */
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
 {
     uint64_t sum;
@@ -8408,7 +8454,7 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* Returns the largest displacement of a particle since then, in voxels. */
+/* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
@@ -8749,6 +8795,12 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
+/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
 /* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
    or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
@@ -8760,7 +8812,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     for (row = 0; row < 3; row++) {
         if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
         for (column = 0; column < 3; column++) {
-            double direction = no_direction ? (row == column ? 1.0 : 0.0) : grid->direction[3 * row + column];
+            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
             if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
         }
@@ -8768,7 +8820,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
         for (column = 0; column < 4; column++)
             if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
     }
-    det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+    det = springls__determinant(m);
     if (!(det > 1e-30 || det < -1e-30)) return false;
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
@@ -8788,8 +8840,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
 /* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
-    const double *m = ctx->to_world;
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
+    return springls__determinant(ctx->to_world) < 0.0;
 }
 
 /* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
@@ -8838,7 +8889,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamps far outside any model, so that squares of distances stay finite. */
+/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
@@ -8990,16 +9041,15 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion block;
-    int i, m;
+    int i;
     block.largest2 = 0.0f;
     block.moving = 0;
     block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
         block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > 1e-4f;
+        block.moving += d2 > SPRINGLS__MOVING2;
     }
     return block;
 }
@@ -9010,7 +9060,6 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     const springls__v3 *a = motion->ctx->model.set.a + first;
-    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
@@ -9031,10 +9080,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     for (i = 0; i < count; i++) {
         springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
-                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
-                                          springls__springl_normal(s[i])))
+        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
@@ -9289,8 +9335,8 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 }
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
-/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend within
-   a cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
    triangle does not widen every search. */
 
 /* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
@@ -10090,8 +10136,13 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED,
-       SPRINGLS__CONTRACT_REMOVE };
+enum {
+    SPRINGLS__CONTRACT_JUDGE,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_REMOVE
+};
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
@@ -10682,8 +10733,14 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE,
-       SPRINGLS__SIGN_SIDES, SPRINGLS__SIGN_COMMIT };
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
@@ -10906,8 +10963,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
-enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP,
-       SPRINGLS__PROJECT_SWEPT };
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
@@ -11029,11 +11091,12 @@ SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volum
 {
     int brick, bricks = (int)springls__brick_count(g), d, to[3];
     for (brick = 0; brick < bricks; brick++) {
-        int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
+        int place[3];
         if (g->top[brick] != SPRINGLS__INSIDE) continue;
+        springls__brick_place(g, brick, place);
         for (d = 1; d < 6; d += 2) {
             int beside;
-            springls__voxel_beside(x, y, z, d, to);
+            springls__voxel_beside(place[0], place[1], place[2], d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
             if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
@@ -12140,7 +12203,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 }
 
 /* Copies a checked description, with its defaults filled in. */
-SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc *desc)
 {
     ctx->desc = *desc;
     ctx->desc.params = NULL;
@@ -12163,7 +12226,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     memset(&made, 0, sizeof made);
     fault = springls__desc_fault(desc, &made);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
-    springls__adopt_desc(&made, desc);
+    springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
     *ctx = made;
@@ -12210,7 +12273,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
-    springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
+    springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
@@ -12244,7 +12307,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* x*x - y by two roundings differs from one fused operation exactly when the compiler contracts. */
+/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
     volatile float x = 1.0f + 1.0f / 4096.0f;
@@ -12436,8 +12499,8 @@ SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2
 /* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
 /* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
 
-/* One triangle of a leaf, or one child of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
 {
     springls__dipole d;
     springls__tri t;
@@ -12470,10 +12533,10 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
         springls__dipole *d = &surface->dipoles[n];
         memset(d, 0, sizeof *d);
         for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole part = springls__dipole_part(surface, node, i);
-            d->area = springls__add(d->area, part.area);
-            d->center = springls__mad(d->center, part.center, part.weight);
-            d->weight += part.weight;
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
         }
         if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
         else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
@@ -12516,7 +12579,7 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
@@ -12573,8 +12636,10 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
     bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
+    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
     int i, guess = -1;
+    if (voxels) search = m->band + 3.0f;
+    else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
         bool computed = false;
@@ -12606,7 +12671,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 }
 
 /* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
@@ -12646,10 +12711,9 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
         for (i = 0; i < count; i++) {
-            int brick = begin + i;
-            points[i].x = 8.0f * (float)(brick % g->bricks[0]) + 3.5f;
-            points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
-            points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
+            int origin[3];
+            springls__brick_origin(g, begin + i, origin);
+            points[i] = springls__v3_make((float)origin[0] + 3.5f, (float)origin[1] + 3.5f, (float)origin[2] + 3.5f);
         }
         springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
@@ -12696,14 +12760,14 @@ SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx
     return springls__grid_add_bricks(ctx, list, n);
 }
 
-/* Evaluates the distance at the voxels of all active bricks, in sixteen parts, and reports progress after each. */
+/* Evaluates the distance at the voxels of all active bricks, in sixteen pieces, and reports progress after each. */
 SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx, springls__distance_job *job)
 {
     const springls__grid *g = &ctx->model.grid;
-    const int part = g->active_count / 16 + 1;
+    const int piece = g->active_count / 16 + 1;
     int i, n, v;
-    for (i = 0; i < g->active_count; i += part) {
-        n = springls__imin(part, g->active_count - i);
+    for (i = 0; i < g->active_count; i += piece) {
+        n = springls__imin(piece, g->active_count - i);
         job->active = g->active + i;
         springls__parallel(ctx, n, 2, springls__voxel_task, job);
         if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
@@ -12793,9 +12857,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     for (brick = 0; brick < bricks; brick++) {
         int at[3], inside, total;
         bool at_border = false;
-        at[0] = brick % b[0];
-        at[1] = brick / b[0] % b[1];
-        at[2] = brick / (b[0] * b[1]);
+        springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
@@ -12882,7 +12944,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* Moves a point near the zero level of phi onto it, by three Newton steps along the gradient of at most half a voxel each. */
+/* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
@@ -12961,7 +13023,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                               "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 /* ---- public calls ---- */
@@ -13078,7 +13140,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
     return SPRINGLS_OK;
 }
@@ -13132,7 +13194,7 @@ SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, cons
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     }
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
@@ -13524,7 +13586,8 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
 
 /* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
    model is left unfinished. */
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
+                                                          bool balanced)
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
@@ -13538,7 +13601,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -13613,7 +13676,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
+    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
@@ -13646,9 +13709,9 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
 }
 
 /* ======== >>attributes  (src/output/attributes.h) ============================================================== */
-/* attributes.h - calls that add, set and read attributes, and where springls come from. */
+/* attributes.h - adds, sets and reads attributes, and the provenance of springls. */
 
-/* The attribute of a number; NULL, and the reason, where there is none. */
+/* Returns an attribute by its number; NULL, after reporting the error, when there is none. */
 SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
 {
     if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
@@ -13656,15 +13719,16 @@ SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, 
     return NULL;
 }
 
+/* Fails, and reports why, when an attribute cannot be added. */
 SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, const springls_attribute_desc *desc)
 {
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
     if (length == 0 || length > SPRINGLS_MAX_NAME_LENGTH)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the name must have 1 to %d characters", call,
                               SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is already one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
                               SPRINGLS_MAX_CHANNELS);
@@ -13675,6 +13739,7 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
+/* Copies the values of all springls into an attribute; NULL: zeros. */
 SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attribute *attribute, const float *values)
 {
     size_t bytes = (size_t)ctx->model.set.count * (size_t)attribute->channels * sizeof *values;
@@ -13682,6 +13747,7 @@ SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attr
     else memset(attribute->values.data, 0, bytes);
 }
 
+/* Fails when one of `count` values is not finite; NULL is accepted. */
 SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, const float *values, size_t count, const char *call)
 {
     size_t i;
@@ -13783,6 +13849,7 @@ typedef struct springls__mesh_attribute_job {
     float *out;
 } springls__mesh_attribute_job;
 
+/* Interpolates the attribute at the vertices of a mesh. */
 SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
 {
     const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
@@ -13791,10 +13858,11 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
-                                             springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
+        springls__v3 x = springls__world_to_model(ctx, job->mesh->positions + v);
+        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, x, n, a, 1.0f);
         springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
-                            job->out + (size_t)begin * (size_t)job->attribute->channels);
+                                    job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }
 
@@ -14020,7 +14088,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
 }
 
 /* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
-SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
     springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
@@ -14181,9 +14249,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
-        c->chunk[n].brick[0] = i % g->bricks[0];
-        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
-        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+        springls__brick_place(g, i, c->chunk[n++].brick);
     }
     *count = n;
     return SPRINGLS_OK;
@@ -14236,7 +14302,7 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__publish_task, &job);
-    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    for (i = 0; i < listed; i++) springls__mark_affected(c, i);
     if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
     springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
@@ -14451,9 +14517,9 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
 }
 
 /* ======== >>query  (src/output/query.h) ======================================================================== */
-/* query.h - questions about the model, in world coordinates, in batches. */
+/* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
 
-/* Points are refused rather than searched for when they are not finite. */
+/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
@@ -14477,6 +14543,7 @@ typedef struct springls__field_query {
     uint8_t *inside;
 } springls__field_query;
 
+/* Samples phi in world units, or where it is negative. */
 SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
@@ -14532,11 +14599,11 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 
 /* ---- material coordinates ---- */
 
-/* Least squares for the affine map p -> a around a place x of the model: a(x + r) = c + A r. The unknowns of each
-   coordinate of a are (c, A's row); `normal` and `normal_a` are the model's and the original's unit normals there: where
-   the neighbours lie in a plane, A is taken to map one to the other. Exact for models that moved rigidly. */
+/* Holds the normal equations of a least-squares fit of the affine map p -> a around a place x of the model,
+   a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
 typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
 
+/* Adds the equation a(x + r) = a. */
 SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
 {
     double row[4], value[3];
@@ -14551,7 +14618,7 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
     fit->count++;
 }
 
-/* A * normal = normal_a, as one more equation of the given weight. */
+/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
 SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
 {
     double row[4], value[3];
@@ -14564,11 +14631,12 @@ SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springl
     }
 }
 
-/* Solves for c by elimination without pivoting (the matrix is symmetric and positive). False when it is nearly singular. */
+/* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
+   singular. */
 SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls__v3 *c)
 {
     int order[4], i, j, k;
-    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c last: it is then the first to be known */
+    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c is eliminated last, and needs no back substitution */
     for (i = 0; i < 3; i++) {
         int p = order[i];
         if (!(fit->m[p][p] > 1e-4 * fit->weight)) return false;
@@ -14585,8 +14653,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
     return true;
 }
 
-/* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
-   any other has its one correspondence. */
+/* Returns the place on the original surface of place x of a springl that has too few neighbors for a fit: the same barycentric
+   coordinates in the triangle `own` that an original springl came from; the correspondence of any other. Voxels. */
 SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
@@ -14599,8 +14667,8 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
     return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
 }
 
-/* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
-   around it that face the same side. `own` is the original triangle at the springl's correspondence. */
+/* Returns the place near the original surface of place x of a springl, voxels: the affine map fitted to the springls around it
+   that face the same way. own: the original triangle at the springl's correspondence. */
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
@@ -14617,7 +14685,7 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
         float d2 = springls__length2(r) / (radius * radius), apart;
         if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
         apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        if (apart > 16.0f * radius * radius) continue; /* from another part of the original */
         springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
@@ -14627,7 +14695,7 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     return springls__own_correspondence(ctx, springl, x, own);
 }
 
-/* The triangle and barycentric coordinates in the mesh as it was given. */
+/* Converts a hit on the original surface to triangle and barycentric coordinates of the caller's mesh. */
 SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
                                       float bary[3])
 {
@@ -14638,7 +14706,7 @@ SPRINGLS__FN void springls__source_of(const springls__surface *surface, const sp
     bary[2] = h->hit.bary[source & 1 ? 1 : 2];
 }
 
-/* The material point of place x (voxels) of a springl: triangle -1 when there is no original surface. */
+/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. */
 SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
 {
     springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
@@ -14657,7 +14725,7 @@ typedef struct springls__hit_query {
     springls_hit *out;
 } springls__hit_query;
 
-/* distance: model units. */
+/* Converts a hit on the springls to the public form. distance: model units. */
 SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
                                      springls_hit *out)
 {
@@ -14682,6 +14750,7 @@ SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls
     springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
 }
 
+/* Finds closest points; each search begins at the triangle of the last one. */
 SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
@@ -14740,10 +14809,10 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
-/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of
-   them does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+/* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
+   springls and of the vertices of extracted meshes. */
 
-/* The place on the original that is closest to a, as numbered in the mesh given. */
+/* Converts a hit on the original surface to the numbering of the caller's mesh. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
 {
     springls_material out;
@@ -14756,7 +14825,8 @@ SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx
 typedef struct springls__material_job {
     const springls_context *ctx;
     const springls_mesh *mesh;
-    const int *neighbors, *inner; /* inner: of a triangle of the mesh given, its number in ctx->original; -1: dropped */
+    const int *neighbors;  /* [3 * caller's triangle] the triangle across each edge; -1: a seam      */
+    const int *inner;      /* [caller's triangle] its number in ctx->original; -1: dropped; NULL: the same numbers */
     springls_material *out;
 } springls__material_job;
 
@@ -14772,6 +14842,7 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
     }
 }
 
+/* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
 {
     return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
@@ -14827,8 +14898,8 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
 
 enum { SPRINGLS__PATCH = 256 };
 
-/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through
-   triangles within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+/* Finds the closest place to each of three points on the part of the original surface that can be reached from triangle `start`
+   without crossing a seam, through triangles within r of x (voxels). Searches breadth first, at most PATCH triangles. */
 SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
                                              const springls__v3 points[3], springls__surface_hit best[3])
 {
@@ -14859,6 +14930,7 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     }
 }
 
+/* Finds the places of the corners of triangles on the side of every seam on which the place of their centroid lies. */
 SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
@@ -14869,19 +14941,20 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
         springls__v3 points[3], x;
         springls_material start;
         float r = 0.0f;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job,
-                                                                          job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        const int *triangle = job->mesh->triangles + 3 * (size_t)begin;
+        springls_material *out = job->out + 3 * (size_t)begin;
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
         x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
         center = springls__surface_closest(surface, x, FLT_MAX);
         start = springls__material_of(job->ctx, &center);
         for (k = 0; k < 3; k++) {
-            job->out[3 * (size_t)begin + (size_t)k] = start;
+            out[k] = start;
             r = springls__max(r, springls__length(springls__sub(points[k], x)));
         }
         if (start.triangle < 0) continue;
         r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
         springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
-        for (k = 0; k < 3; k++) job->out[3 * (size_t)begin + (size_t)k] = springls__material_of(job->ctx, &corner[k]);
+        for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
     }
 }
 
@@ -14898,7 +14971,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbor %d of %d", i / 3,
                                   neighbors[i], given);
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
@@ -14919,7 +14992,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
 
 /* ---- seams ---- */
 
-/* The triangles' corners by position and values: corners that agree in both are one, and get its number. */
+/* Holds a search for corners that agree in position and values. first: [corner] the first corner that agrees with it. */
 typedef struct springls__seam_search {
     const float *positions, *values;
     const int *triangles;
@@ -14935,11 +15008,12 @@ SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, i
     int c;
     if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
     for (c = 0; c < s->channels; c++)
-        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels
-            + (size_t)c]) return false;
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c])
+            return false;
     return true;
 }
 
+/* Allocates the search's memory and writes s->first. */
 SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
 {
     size_t size = springls__table_size((size_t)corners), slot;
@@ -14952,7 +15026,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
         slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
-                                   springls__float_bits(p[2] + 0.0f)) & (size - 1);
+                               springls__float_bits(p[2] + 0.0f)) & (size - 1); /* + 0: -0 and 0 agree */
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
         s->first[i] = table[slot];
@@ -14960,7 +15034,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
-/* Half-edges by their two ends, whichever way they run: the second of a pair is the first one's neighbour, a third has none. */
+/* Writes the neighbors: pairs half-edges with the same two ends, in either direction; a third one has no neighbor. */
 SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, int *neighbors)
 {
     size_t size = springls__table_size((size_t)corners), slot;
@@ -15021,10 +15095,10 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     return status;
 }
 
-/* ---- values at places ---- */
+/* ---- values at material coordinates ---- */
 
-SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
-                                             const int *triangles, int triangle_count, float *out)
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values,
+                                                           int channels, const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;
     if (count < 0 || channels < 1 || triangle_count < 0
@@ -15045,6 +15119,7 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
 /* ======== >>mesh_measure  (src/model/mesh_measure.h) =========================================================== */
 /* mesh_measure.h - measures an indexed triangle mesh, and counts its faults. Allocates nothing. */
 
+/* Holds measures, in the units of the positions, and counts. */
 typedef struct springls__mesh_report {
     double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
                                   unbalanced edges                                                              */
@@ -15055,9 +15130,9 @@ typedef struct springls__mesh_report {
     int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
     int components;            /* connected through shared vertices                                             */
     int boundary_edges;        /* used by one triangle                                                          */
-    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
+    int misoriented_edges;     /* used by two triangles that run along it in the same direction                */
     int nonmanifold_edges;     /* used by three or more                                                         */
-    int unbalanced_edges;      /* run along unequally often each way; none: the mesh has an inside              */
+    int unbalanced_edges;      /* used more often in one direction; none: the mesh has an inside                */
     int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
@@ -15075,14 +15150,17 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
     return true;
 }
 
-/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
+/* Returns whether two of the three vertices are the same. */
+SPRINGLS__FN bool springls__mesh_repeats(const int32_t v[3]) { return v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; }
+
+/* Adds the area of one triangle and six times its volume about the center; counts it as degenerate when it has no area. */
 SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
-                                     const double centre[3])
+                                     const double center[3])
 {
     double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
     int i, c;
     for (i = 0; i < 3; ++i)
-        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
+        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - center[c];
     for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
     for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
     for (i = 0; i < 3; ++i) {
@@ -15095,49 +15173,60 @@ SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float 
     report->volume += p[0][0] * x[0] + p[0][1] * x[1] + p[0][2] * x[2];
 }
 
-/* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
-SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
+/* Returns a sorting key of the half-edge from a to b: lower vertex << 32 | higher vertex << 1 | 1 when a is the higher. */
+SPRINGLS__FN uint64_t springls__half_edge_key(int32_t a, int32_t b)
+{
+    uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
+    return low << 32 | high << 1 | (uint64_t)(a > b);
+}
+
+/* Counts the edges by their sorted half-edge keys. */
+SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *half_edges, size_t count)
 {
     size_t i = 0;
     while (i < count) {
-        uint64_t edge = sides[i] >> 1;
-        int ways[2] = { 0, 0 };
-        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
+        uint64_t edge = half_edges[i] >> 1;
+        int upward = 0, downward = 0; /* half-edges from the lower vertex to the higher, and back */
+        for (; i < count && half_edges[i] >> 1 == edge; ++i)
+            if (half_edges[i] & 1) ++downward;
+            else ++upward;
         ++report->edges;
-        report->boundary_edges += ways[0] + ways[1] == 1;
-        report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
-        report->nonmanifold_edges += ways[0] + ways[1] > 2;
-        report->unbalanced_edges += ways[0] != ways[1];
+        report->boundary_edges += upward + downward == 1;
+        report->misoriented_edges += upward + downward == 2 && upward != 1;
+        report->nonmanifold_edges += upward + downward > 2;
+        report->unbalanced_edges += upward != downward;
     }
 }
 
-/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
-   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
-SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
-                                         uint64_t *sides, springls__mesh_report *report)
+/* Enters a vertex when it is first used: as a component of its own, and into the bounds. */
+SPRINGLS__FN void springls__mesh_use_vertex(springls__mesh_report *report, const float *positions, int32_t *parent, int32_t a)
 {
-    size_t side_count = 0;
-    double centre[3];
+    int c;
+    if (parent[a] >= 0) return;
+    parent[a] = a;
+    for (c = 0; c < 3; ++c) {
+        float x = positions[3 * (size_t)a + (size_t)c];
+        report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
+        report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
+    }
+    ++report->vertices;
+}
+
+/* Counts the triangles and their vertices, joins the components, and lists the half-edges. Returns the number of these. */
+SPRINGLS__FN size_t springls__mesh_count(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *half_edges, springls__mesh_report *report)
+{
+    size_t count = 0;
     int32_t v[3], i;
-    int t, c;
-    memset(report, 0, sizeof *report);
+    int t;
     for (i = 0; i < n; ++i) parent[i] = -1;
     for (t = 0; t < m; ++t) {
         if (!springls__mesh_triangle(positions, n, triangles, t, v)) { ++report->invalid_triangles; continue; }
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) { ++report->degenerate_triangles; continue; }
+        if (springls__mesh_repeats(v)) { ++report->degenerate_triangles; continue; }
         ++report->triangles;
         for (i = 0; i < 3; ++i) {
-            int32_t a = v[i], b = v[(i + 1) % 3];
-            uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
-            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
-            if (parent[a] >= 0) continue;
-            parent[a] = a;
-            for (c = 0; c < 3; ++c) {
-                float x = positions[3 * (size_t)a + (size_t)c];
-                report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
-                report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
-            }
-            ++report->vertices;
+            half_edges[count++] = springls__half_edge_key(v[i], v[(i + 1) % 3]);
+            springls__mesh_use_vertex(report, positions, parent, v[i]);
         }
         for (i = 1; i < 3; ++i) {
             int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
@@ -15145,25 +15234,40 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         }
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
-    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
+    return count;
+}
+
+/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums in index order in double precision: the same mesh
+   gives the same bits. parent: n and half_edges: 3 m entries of working memory. */
+SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *half_edges, springls__mesh_report *report)
+{
+    size_t count;
+    double center[3];
+    int32_t v[3];
+    int t, c;
+    memset(report, 0, sizeof *report);
+    count = springls__mesh_count(positions, n, triangles, m, parent, half_edges, report);
+    for (c = 0; c < 3; ++c) center[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
     for (t = 0; t < m; ++t)
-        if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
-            springls__mesh_add(report, positions, v, centre);
+        if (springls__mesh_triangle(positions, n, triangles, t, v) && !springls__mesh_repeats(v))
+            springls__mesh_add(report, positions, v, center);
     report->volume /= 6.0;
-    springls__sort_keys(sides, side_count);
-    springls__mesh_count_edges(report, sides, side_count);
+    springls__sort_keys(half_edges, count);
+    springls__mesh_count_edges(report, half_edges, count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
 
 /* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
-/* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
+/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
 
-/* Welded marching cubes: voxel positions and triangles. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions;
     int *triangles, vertex_count, triangle_count;
 } springls__raw_mesh;
 
+/* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -15186,11 +15290,12 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     mesh->triangles = springls__surface_corners(&ctx->model);
     args.surface.triangles = mesh->triangle_count;
     springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions), (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
+                                  (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
 }
 
-/* The arrays of a mesh, in one block. */
+/* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
 SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int vertices, int triangles, springls_mesh *mesh)
 {
     size_t v = (size_t)vertices, t = (size_t)triangles;
@@ -15213,7 +15318,7 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     return SPRINGLS_OK;
 }
 
-/* Triangles stay counter-clockwise seen from outside in a mirrored world. */
+/* Turns the triangles in a mirrored world, so that they are counter-clockwise seen from outside. */
 SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
 {
     int t;
@@ -15225,12 +15330,12 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
+typedef struct springls__vertex_data_job { springls_context *ctx; springls_mesh *mesh; } springls__vertex_data_job;
 
-/* What the kernel of this name has found for each vertex, in the world. */
+/* Converts what the kernel attach_vertex_data has computed to the world, and copies it to the mesh. */
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
-    const springls__dress_job *job = (const springls__dress_job *)arg;
+    const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
         springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
@@ -15241,10 +15346,11 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     }
 }
 
+/* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
-    springls__dress_job job;
+    springls__vertex_data_job job;
     size_t vertices;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -15275,7 +15381,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
-    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
     return status;
 }
 
@@ -15285,7 +15391,8 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
+    if (ctx->model.set.count > INT32_MAX / 3)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
@@ -15309,7 +15416,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 }
 
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
-/* measure.h - volume, area and topology of the zero level; statistics; the state hash. */
+/* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
 {
@@ -15322,11 +15429,11 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_sides, (size_t)raw.triangle_count * 3));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
     springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
     springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
-                           springls__mesh_parent(&ctx->model), springls__mesh_sides(&ctx->model), &report);
+                           springls__mesh_parent(&ctx->model), springls__mesh_half_edges(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
@@ -15358,7 +15465,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
-    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order; voxels of the domain only */
         int slot = ctx->model.grid.active[i], o[3];
         springls__slot_origin(&ctx->model.grid, slot, o);
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
@@ -15371,25 +15478,26 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 }
 
 /* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
-/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
-   (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
-   bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
-   there, before the model changes. */
+/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes: a head, a struct of numbers, and
+   arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
+   their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
 
 typedef struct springls__snapshot_head {
     char magic[8];
-    uint32_t version, order;  /* order of bytes */
-    uint64_t size, checksum;  /* of the block, and of all behind this head */
+    uint32_t version, byte_order;
+    uint64_t size, checksum;  /* bytes of the block; checksum of all after this head */
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
+/* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
+/* Holds the numbers of a model and the sizes of its arrays. */
 typedef struct springls__snapshot_state {
     double to_world[12], time;
     uint64_t reference_stamp;
@@ -15403,15 +15511,15 @@ typedef struct springls__snapshot_state {
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
 } springls__snapshot_state;
 
-/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+/* Lists the arrays in their order. A new array of the springls extends the first of them (SPRINGLS__ARRAYS). */
 typedef enum springls__section {
-    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_SET, /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
-    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_LOCKED,
-    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
@@ -15420,11 +15528,12 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Where each section begins; the last number: where the block ends. */
+/* Holds the offset of each section, bytes; the last one is the size of the block. Sections begin at multiples of 8. */
 typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
 
 SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
 
+/* Returns the bytes of a section without padding; 0 when the snapshot has none. */
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
     const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
@@ -15460,7 +15569,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     return layout;
 }
 
-/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
 SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
 {
     const uint64_t prime = 1099511628211u;
@@ -15483,8 +15592,9 @@ SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t
     return chain[0];
 }
 
-/* ---- out ---- */
+/* ---- writing ---- */
 
+/* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
 {
     int i, n = 0, bricks = (int)springls__brick_count(g);
@@ -15492,7 +15602,8 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     return n;
 }
 
-/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+/* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
+   be restored only where it is the same. */
 SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.reference;
@@ -15514,6 +15625,7 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
     return ctx->reference_stamp = stamp | 1u;
 }
 
+/* Fills the struct of numbers from the model. */
 SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
 {
     int i;
@@ -15555,16 +15667,15 @@ SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int s
     if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
 }
 
-/* Sides, numbers and values of a grid's bricks. */
+/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
     const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    char *side = out + layout->at[sides], *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
     int i, bricks = (int)springls__brick_count(g);
+    memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE)
-            out[layout->at[sides] + (uint64_t)(i >> 3)] =
-                (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         memcpy(numbers, &i, sizeof i);
         memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
@@ -15573,43 +15684,56 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
+/* Writes the reference level set and the original surface. */
+SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+}
+
+/* Writes the head of a block that is complete but for it. */
+SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
+{
+    springls__snapshot_head head;
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.byte_order = SPRINGLS__BYTE_ORDER;
+    head.size = size;
+    head.checksum = springls__checksum(size, out + sizeof head, (size_t)(size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+/* Writes the block, layout->at[SPRINGLS__SECTIONS] bytes. */
 SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
                                            const springls__layout *layout, char *out)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__snapshot_head head;
+    const size_t head = sizeof(springls__snapshot_head);
     int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* padding */
         uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
         memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
     }
-    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
-    memcpy(out + sizeof head, s, sizeof *s);
+    memset(out + head, 0, (size_t)(layout->at[0] - head));
+    memcpy(out + head, s, sizeof *s);
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) {
-        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
-    }
-    memset(&head, 0, sizeof head);
-    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
-    head.version = SPRINGLS__SNAPSHOT_VERSION;
-    head.order = SPRINGLS__BYTE_ORDER;
-    head.size = layout->at[SPRINGLS__SECTIONS];
-    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
-    memcpy(out, &head, sizeof head);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_reference(ctx, s, layout, out);
+    springls__put_head(out, layout->at[SPRINGLS__SECTIONS]);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -15629,15 +15753,15 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
                               (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }
 
-/* ---- what may be believed ---- */
+/* ---- checking ---- */
 
-/* Element i of a section, wherever it lies in memory. */
+/* Returns element i of a section, which need not be aligned. */
 SPRINGLS__FN int springls__int_at(const char *data, size_t i)
 {
     int value;
@@ -15645,6 +15769,7 @@ SPRINGLS__FN int springls__int_at(const char *data, size_t i)
     return value;
 }
 
+/* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
 {
     uint64_t i;
@@ -15656,7 +15781,7 @@ SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
     return !bad;
 }
 
-/* All of them from low to high. */
+/* Returns whether all ints lie in [low, high]. */
 SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
 {
     uint64_t i;
@@ -15668,6 +15793,7 @@ SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int lo
     return good;
 }
 
+/* Returns whether all bytes are 0 or 1. */
 SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
 {
     uint64_t i;
@@ -15676,7 +15802,7 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Bricks ascend; none is said to be constant as well. */
+/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
 SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
 {
     int i, last = -1;
@@ -15688,6 +15814,7 @@ SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, 
     return true;
 }
 
+/* Returns whether an attribute has a name of its own and valid members. */
 SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
 {
     const springls__attribute_entry *a = &s->attribute[row];
@@ -15700,23 +15827,29 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
         && springls__policy_known((springls_policy)a->merge);
 }
 
-/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+/* Returns whether each number alone, and those that depend on each other, can be those of a model. */
+SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
+{
+    const int furthest = INT32_MAX / 2; /* counters that will grow */
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
+    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
+    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
+    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
+    return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
+}
+
+/* Returns why the numbers cannot be those of a model of this context, as the end of "the block is ..."; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
-    const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
-    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
-    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return "damaged";
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
-    if (s->locked < 0 || s->original < 0) return "damaged";
-    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
-    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
-    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    if (!springls__numbers_in_range(s)) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
@@ -15724,71 +15857,97 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
-                                        const springls__layout *layout, const char *block)
+/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
+SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
-    bool good = true;
-    int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
-        const char *data = block + layout->at[i];
-        uint64_t bytes = springls__section_bytes(g, s, i);
-        if (i < SPRINGLS__SECTION_NEIGHBORS) {
-            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
-            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
-            if (i == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
-        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
-        else if (i == SPRINGLS__SECTION_BRICKS)
-            good =
-                good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes)
-            good = good
-                && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks,
-                                         springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_SOURCE)
-            good = good
-                && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
-        else if (i >= SPRINGLS__SECTION_VALUES && i < SPRINGLS__SECTION_REFERENCE_SIDES)
-            continue; /* attributes: sums of SPRINGLS_POLICY_SHARE may have left the floats, and nothing is decided by them */
-        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
-                 && i != SPRINGLS__SECTION_LOCKED)
-            good = good && springls__all_finite(data, bytes);
-    }
-    for (i = 0; i < s->locked; i++) {
-        double volume;
-        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
-        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
-    }
-    return good;
+    if (floats >> array & 1u) return springls__all_finite(data, bytes);
+    if (flags >> array & 1u) return springls__all_flags(data, bytes);
+    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
+    return true;
 }
 
-/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+/* Returns whether the locked volumes are finite. */
+SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+{
+    double volume;
+    uint64_t i;
+    for (i = 0; i < bytes; i += sizeof volume) {
+        memcpy(&volume, data + i, sizeof volume);
+        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    }
+    return true;
+}
+
+/* Returns whether a section has valid elements. */
+SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
+                                         const springls__layout *layout, const char *block, int section)
+{
+    const char *data = block + layout->at[section];
+    const uint64_t bytes = springls__section_bytes(g, s, section);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
+        return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->count - 1);
+    case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
+    case SPRINGLS__SECTION_BRICKS:
+        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS:
+        return !bytes
+            || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_SOURCE:
+        return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+    default: return springls__all_finite(data, bytes);
+    }
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
+                                        const springls__layout *layout, const char *block)
+{
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++)
+        if (!springls__section_good(g, s, layout, block, section)) return false;
+    return true;
+}
+
+/* Returns why a block cannot be a snapshot that this machine has written, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size)
+{
+    springls__snapshot_head head;
+    memcpy(&head, block, sizeof head);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) return "no snapshot";
+    if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.byte_order != SPRINGLS__BYTE_ORDER)
+        return "of another version or machine";
+    if (head.size != size) return "not as long as it says";
+    if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) return "damaged";
+    return NULL;
+}
+
+/* Reads the numbers and the layout of a block, and checks all of it. */
 SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
                                                      springls__snapshot_state *s, springls__layout *layout)
 {
-    springls__snapshot_head head;
-    const char *fault = NULL;
-    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    memcpy(&head, block, sizeof head);
-    memcpy(s, block + sizeof head, sizeof *s);
-    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
-    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER)
-        fault = "of another version or machine";
-    else if (head.size != size) fault = "not as long as it says";
-    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
-    else fault = springls__numbers_fault(ctx, s);
+    const springls__grid *g = &ctx->model.grid;
+    const char *fault;
+    if (size < sizeof(springls__snapshot_head) + sizeof *s)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(s, block + sizeof(springls__snapshot_head), sizeof *s);
+    fault = springls__head_fault(block, size);
+    if (!fault) fault = springls__numbers_fault(ctx, s);
     if (!fault) {
-        *layout = springls__layout_of(&ctx->model.grid, s);
-        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block))
-            fault = "damaged";
+        *layout = springls__layout_of(g, s);
+        if (layout->at[SPRINGLS__SECTIONS] != size || !springls__arrays_good(g, s, layout, block)) fault = "damaged";
     }
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
 
-/* ---- in ---- */
+/* ---- restoring ---- */
 
-/* Room for all of it; what is there is kept. */
+/* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
 SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
 {
     springls__surface *original = &ctx->original;
@@ -15804,9 +15963,8 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
-        size_t used = i < ctx->attribute_count
-            ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float)
-            : 0;
+        size_t used = (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float);
+        if (i >= ctx->attribute_count) used = 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
@@ -15818,7 +15976,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
 SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
 {
     const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
@@ -15831,7 +15989,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* The rest of what the model's grid keeps of a brick. */
+/* Initializes what the model's grid keeps of a brick besides phi. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -15847,37 +16005,47 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
+/* Copies section `section` into memory that is large enough. */
+SPRINGLS__FN void springls__get(void *to, const springls__grid *g, const springls__snapshot_state *s,
+                                const springls__layout *layout, const char *block, int section)
+{
+    uint64_t bytes = springls__section_bytes(g, s, section);
+    if (bytes) memcpy(to, block + layout->at[section], (size_t)bytes);
+}
+
+/* Replaces the attributes by those of the snapshot. */
+SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, const char *block)
+{
+    int i;
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *entry = &s->attribute[i];
+        memcpy(attribute->name, entry->name, sizeof entry->name);
+        attribute->channels = entry->channels;
+        attribute->split = (springls_policy)entry->split;
+        attribute->fill = (springls_policy)entry->fill;
+        attribute->merge = (springls_policy)entry->merge;
+        springls__get(attribute->values.data, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_VALUES + i);
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
     const springls__grid *g = &ctx->model.grid;
     int i;
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
-        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
-    if (s->has_neighbors && s->count)
-        memcpy(ctx->model.cells.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
-               (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    if (s->locked)
-        memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
-               (size_t)s->locked * sizeof(double));
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
+    springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
+    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
-    for (i = 0; i < s->attributes; i++) {
-        springls__attribute *attribute = &ctx->attributes[i];
-        const springls__attribute_entry *row = &s->attribute[i];
-        memcpy(attribute->name, row->name, sizeof row->name);
-        attribute->channels = row->channels;
-        attribute->split = (springls_policy)row->split;
-        attribute->fill = (springls_policy)row->fill;
-        attribute->merge = (springls_policy)row->merge;
-        if (s->count)
-            memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i],
-                   (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    }
-    ctx->attribute_count = s->attributes;
+    springls__get_attributes(ctx, s, layout, block);
 }
 
-/* The original surface; its hierarchy is built again. */
+/* Copies the reference level set and the original surface, and builds its hierarchy. */
 SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
@@ -15887,13 +16055,27 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
-           (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__get(original->points, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
-    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+    springls__get(original->source, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_SOURCE);
+}
+
+/* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
+SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
+{
+    ctx->model.set.count = s->count;
+    ctx->model.set.at_edges = s->at_edges;
+    ctx->model.set.next_id = s->next_id;
+    ctx->model.set.step = s->step;
+    ctx->time = s->time;
+    ctx->iteration = s->iteration;
+    ctx->stats = s->stats;
+    ctx->locked_count = s->locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s->neighbors_age;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -15911,24 +16093,16 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
     if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
-    ctx->model.set.count = s.count;
-    ctx->model.set.at_edges = s.at_edges;
-    ctx->model.set.next_id = s.next_id;
-    ctx->model.set.step = s.step;
-    ctx->time = s.time;
-    ctx->iteration = s.iteration;
-    ctx->stats = s.stats;
-    ctx->locked_count = s.locked;
-    springls__constellation_changed(ctx);
-    ctx->neighbors_age = s.neighbors_age;
+    springls__numbers_take(ctx, &s);
     return SPRINGLS_OK;
 }
 
 /* ======== >>views  (src/output/views.h) ======================================================================== */
-/* read.h - what can be read from a model without computing much: views, coordinates, packed forms, dense copies. */
+/* views.h - reads the springls and the level set: views, packed forms, dense copies. */
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
+/* Returns a view of an array of the springls, after copying it from the device if need be. array: SPRINGLS__BIT of it. */
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
@@ -15946,7 +16120,8 @@ SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL,
+                          sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
@@ -15975,17 +16150,15 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
         float *row = out + 16 * (size_t)i;
-        row[0] = s->p.x; row[1] = s->p.y; row[2] = s->p.z;
+        memcpy(row, &s->p, 3 * sizeof *row);
         row[3] = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, s->p);
-        for (m = 0; m < 3; m++) {
-            row[4 * m + 4] = s->q[m].x; row[4 * m + 5] = s->q[m].y; row[4 * m + 6] = s->q[m].z;
-        }
+        for (m = 0; m < 3; m++) memcpy(row + 4 * m + 4, &s->q[m], 3 * sizeof *row);
         row[7] = ctx->model.set.a[i].x; row[11] = ctx->model.set.a[i].y; row[15] = ctx->model.set.a[i].z;
     }
     return SPRINGLS_OK;
 }
 
-/* The radius reaches from the particle to the furthest vertex: the surfels cover what the triangles cover. */
+/* Sets the radius to the distance of the furthest vertex, so that the surfels cover what the triangles cover. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
 {
     int i, m;
@@ -16017,7 +16190,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
         for (y = 0; y < g->size[1]; y++)
-            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* row by row of a brick */
+            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* one row of a brick */
                 int n = springls__imin(SPRINGLS__BRICK, g->size[0] - x);
                 const float *brick = g->phi + (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
                 memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);
@@ -16027,9 +16200,9 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 }
 
 /* ======== >>kernel_source  (src/output/kernel_source.h) ======================================================== */
-/* kernel_source.h - the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
-   kernels_embed/embed.c puts the text in the place of the comment below, one literal a line: no compiler limits the
-   length of that. Read as a part, without springls.h, there is none: then the text is empty. */
+/* kernel_source.h - holds the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
+   kernels_embed/embed.c replaces the comment below by the text, one string literal a line, because compilers limit the length
+   of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
     "#line 699 \"springls.h\"\n",
@@ -16206,11 +16379,11 @@ static const char *const springls__kernel_lines[] = {
     "#line 1557 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
-    "   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */\n",
+    "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
     "\n",
     "/* Lists the roles that kernels use. */\n",
     "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
-    "    /* what several stages build on the way */                                                                                   \\\n",
+    "    /* built by several stages */                                                                                                \\\n",
     "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
     "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
     "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
@@ -16244,7 +16417,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \\\n",
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
-    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \\\n",
+    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
@@ -16280,9 +16453,9 @@ static const char *const springls__kernel_lines[] = {
     "    /* volume_lock */                                                                                                            \\\n",
     "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
     "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
-    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \\\n",
+    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
-    "    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \\\n",
+    "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
     "#line 1639 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
@@ -16290,7 +16463,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#ifdef __OPENCL_VERSION__\n",
     "  #pragma OPENCL FP_CONTRACT OFF\n",
-    "  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
+    "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
     "  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
@@ -16299,7 +16472,7 @@ static const char *const springls__kernel_lines[] = {
     "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
     "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
-    "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
+    "  /* Calls springls_cl_desc.velocity_source for advect.h. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \\\n",
     "      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \\\n",
@@ -16335,7 +16508,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
     "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
-    "  /* Never called: on the host it is a callback. */\n",
+    "  /* Defines a function that is never called: on the host the velocity is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
     "      {                                                                                                                   \\\n",
@@ -16363,6 +16536,9 @@ static const char *const springls__kernel_lines[] = {
     "#line 1716 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
+    "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
+    "#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */\n",
+    "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
     "/* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */\n",
@@ -16376,7 +16552,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1733 \"springls.h\"\n",
+    "#line 1736 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16391,7 +16567,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1749 \"springls.h\"\n",
+    "#line 1752 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16515,7 +16691,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1873 \"springls.h\"\n",
+    "#line 1876 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16541,7 +16717,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1900 \"springls.h\"\n",
+    "#line 1903 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -16618,7 +16794,6 @@ static const char *const springls__kernel_lines[] = {
     "    return *(const springls__vec_anywhere *)(const void *)from;\n",
     "}\n",
     "\n",
-    "\n",
     "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
     "\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
@@ -16693,7 +16868,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16708,7 +16883,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2068 \"springls.h\"\n",
+    "#line 2070 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16832,14 +17007,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2194 \"springls.h\"\n",
     "\n",
-    "/* A table for springls__vec_from. */\n",
+    "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2200 \"springls.h\"\n",
+    "#line 2202 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -16847,11 +17022,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */\n",
     "typedef struct springls__tri_plan {\n",
     "    springls__tri t;\n",
-    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
+    "    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */\n",
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2212 \"springls.h\"\n",
+    "#line 2214 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16866,7 +17041,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2228 \"springls.h\"\n",
+    "#line 2230 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16892,7 +17067,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the\n",
     "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
@@ -16900,9 +17075,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
     "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
     "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
-    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
-    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
-    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));\n",
     "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
     "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
     "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
@@ -16910,7 +17085,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2272 \"springls.h\"\n",
+    "#line 2274 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16925,7 +17100,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2287 \"springls.h\"\n",
+    "#line 2289 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -16951,7 +17126,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
     "}\n",
     "\n",
-    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the\n",
     "   nearest edge. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
     "{\n",
@@ -16959,9 +17134,9 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
     "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
     "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
-    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
-    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
-    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));\n",
     "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
     "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
     "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
@@ -16969,7 +17144,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2331 \"springls.h\"\n",
+    "#line 2333 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17033,15 +17208,15 @@ static const char *const springls__kernel_lines[] = {
     "    plan.edge[0] = springls__sub(t.b, t.a);\n",
     "    plan.edge[1] = springls__sub(t.c, t.b);\n",
     "    plan.edge[2] = springls__sub(t.a, t.c);\n",
-    "    plan.side[0] = springls__cross(plan.n, plan.edge[0]);\n",
-    "    plan.side[1] = springls__cross(plan.n, plan.edge[1]);\n",
-    "    plan.side[2] = springls__cross(plan.n, plan.edge[2]);\n",
+    "    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);\n",
+    "    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);\n",
+    "    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);\n",
     "    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);\n",
     "    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);\n",
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2403 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17056,7 +17231,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2419 \"springls.h\"\n",
+    "#line 2421 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17119,7 +17294,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2482 \"springls.h\"\n",
+    "#line 2484 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17134,7 +17309,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2497 \"springls.h\"\n",
+    "#line 2499 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17197,7 +17372,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2561 \"springls.h\"\n",
+    "#line 2563 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17215,8 +17390,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
-    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \\\n",
-    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */\n",
+    "    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \\\n",
+    "    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */\n",
     "\n",
     "/* Lists what a grid has for each slot. */\n",
     "#define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \\\n",
@@ -17291,12 +17466,12 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__RECORD_MEMBER\n",
     "} springls__record;\n",
     "\n",
-    "/* Kinds of springls: springls_kind of the interface. */\n",
+    "/* Names the kinds of springls: springls_kind of the interface. */\n",
     "#define SPRINGLS__KIND_ORIGINAL 0u\n",
     "#define SPRINGLS__KIND_SPLIT 1u\n",
     "#define SPRINGLS__KIND_FILLED 2u\n",
     "\n",
-    "/* What is done with a springl, or with a seed of one. */\n",
+    "/* Names what is done with a springl, or with a seed of one. */\n",
     "#define SPRINGLS__REMOVE 0\n",
     "#define SPRINGLS__KEEP 1\n",
     "#define SPRINGLS__RESHAPE 2\n",
@@ -17395,6 +17570,15 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__tri_normal(springls__springl_tri(s));\n",
     "}\n",
     "\n",
+    "/* Returns s with its triangle turned round: the normal points the other way. */\n",
+    "SPRINGLS__MATHS springls__springl springls__reversed(springls__springl s)\n",
+    "{\n",
+    "    springls__v3 q = s.q[1];\n",
+    "    s.q[1] = s.q[2];\n",
+    "    s.q[2] = q;\n",
+    "    return springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
     "/* Returns true when springl i lies at a sharp edge that is to be kept. */\n",
     "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)\n",
     "{\n",
@@ -17443,14 +17627,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__record_store(model, i, record);\n",
     "}\n",
     "\n",
-    "/* Marks particle i as one that phi follows: notes its place. */\n",
+    "/* Marks phi as synced with particle i: stores its place. */\n",
     "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
     "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
-    "/* Finds how far particle i has come since then, squared. */\n",
+    "/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */\n",
     "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
@@ -17496,7 +17680,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2861 \"springls.h\"\n",
+    "#line 2872 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17519,12 +17703,20 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
     "}\n",
     "\n",
+    "/* Finds the place of a brick in the top table, counted in bricks. */\n",
+    "SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])\n",
+    "{\n",
+    "    place[0] = brick % g->bricks[0];\n",
+    "    place[1] = brick / g->bricks[0] % g->bricks[1];\n",
+    "    place[2] = brick / (g->bricks[0] * g->bricks[1]);\n",
+    "}\n",
+    "\n",
     "/* Finds the first voxel of a brick of the top table. */\n",
     "SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])\n",
     "{\n",
-    "    origin[0] = 8 * (brick % g->bricks[0]);\n",
-    "    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
-    "    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "    int axis;\n",
+    "    springls__brick_place(g, brick, origin);\n",
+    "    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
@@ -17626,7 +17818,7 @@ static const char *const springls__kernel_lines[] = {
     "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
     "}\n",
     "\n",
-    "/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
+    "/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */\n",
     "SPRINGLS__MATHS int springls__tile_step(int d)\n",
     "{\n",
     "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
@@ -17675,14 +17867,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the smallest of the six neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
     "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "/* Returns the largest of the six neighbours. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)\n",
     "{\n",
     "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
     "                             springls__vec_max(v.zm, v.zp));\n",
@@ -17698,7 +17890,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns where a voxel and one of its six neighbours lie on different sides. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)\n",
     "{\n",
-    "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
+    "    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));\n",
     "}\n",
     "\n",
     "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
@@ -17874,7 +18066,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3240 \"springls.h\"\n",
+    "#line 3259 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -17883,7 +18075,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3249 \"springls.h\"\n",
+    "#line 3268 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17898,7 +18090,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3265 \"springls.h\"\n",
+    "#line 3284 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17911,7 +18103,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3297 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17926,7 +18118,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3312 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -17939,27 +18131,36 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3306 \"springls.h\"\n",
+    "#line 3325 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
     "    return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);\n",
     "}\n",
     "\n",
-    "/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
+    "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
     "SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
     "{\n",
     "    springls__v3 middle = springls__add(k2, k3);\n",
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
     "}\n",
     "\n",
-    "/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;\n",
-    "   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its\n",
-    "   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */\n",
+    "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
+    "   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into\n",
+    "   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi\n",
+    "   hardly changes, and the error of the normal would decide. */\n",
     "SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)\n",
     "{\n",
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */\n",
+    "SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)\n",
+    "{\n",
+    "    float before = springls__grid_sample(g, g->phi, s.p);\n",
+    "    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));\n",
+    "    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;\n",
     "}\n",
     "\n",
     "/* A sampled field: from the model's voxels to its own samples. */\n",
@@ -17991,7 +18192,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Mean curvature of phi at x: the Laplacian of a distance. */\n",
+    "/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */\n",
     "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, g->phi, x);\n",
@@ -18004,7 +18205,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
     "}\n",
     "\n",
-    "/* What moves springls (eq. 1), where no callback has a part in it. */\n",
+    "/* Names the flows that kernels compute without a callback (eq. 1). */\n",
     "#define SPRINGLS__FLOW_NONE 0\n",
     "#define SPRINGLS__FLOW_DEFORMATION 1\n",
     "#define SPRINGLS__FLOW_ROTATION 2\n",
@@ -18021,7 +18222,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
-    "/* sigma of eq. 1. */\n",
+    "/* Returns sigma of eq. 1 at x. */\n",
     "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                               float time)\n",
     "{\n",
@@ -18039,7 +18240,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
     "}\n",
     "\n",
-    "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
+    "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
     "                                              springls__v3 n, springls__v3 out)\n",
     "{\n",
@@ -18058,7 +18259,18 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
     "\n",
-    "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
+    "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
+    "\n",
+    "/* Returns true when the displacements of all points are finite, and their squares too. */\n",
+    "SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)\n",
+    "{\n",
+    "    int m, finite = 1;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
+    "    return finite != 0;\n",
+    "}\n",
+    "\n",
+    "/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point\n",
+    "   and the push at the particle. */\n",
     "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                     springls__movers at, float time)\n",
     "{\n",
@@ -18077,7 +18289,7 @@ static const char *const springls__kernel_lines[] = {
     "    return slope;\n",
     "}\n",
     "\n",
-    "/* x + s k, for all. */\n",
+    "/* Returns all points, moved by s times their slopes. */\n",
     "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
     "{\n",
     "    int m;\n",
@@ -18109,21 +18321,17 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s = model->set.s[i];\n",
     "    springls__movers at, d;\n",
     "    float d2;\n",
-    "    int m, finite = 1;\n",
+    "    int m;\n",
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
     "    d = springls__displacement_of(model, &rule, at);\n",
-    "    if (rule.stop_at_topology\n",
-    "        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),\n",
-    "                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],\n",
-    "                                      springls__springl_normal(s)))\n",
+    "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
     "    d2 = springls__length2(d.x[0]);\n",
     "    springls__displacement(model)[i] = d;\n",
-    "    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;\n",
-    "    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;\n",
+    "    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;\n",
     "}\n",
     "\n",
     "/* Moves springl i by its displacements. */\n",
@@ -18137,7 +18345,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3866 \"springls.h\"\n",
+    "#line 4022 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18204,7 +18412,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->cells->ids[walk->next++];\n",
     "}\n",
     "\n",
-    "/* Begins a walk over all springls whose particle may lie within r of x, and some more. */\n",
+    "/* Begins a walk over at least all springls whose particle lies within r of x. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
@@ -18275,7 +18483,8 @@ static const char *const springls__kernel_lines[] = {
     "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);\n",
     "}\n",
     "\n",
-    "/* Puts it into those lists; entry r + 1 moves on to where the list ends. */\n",
+    "/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list\n",
+    "   ends. */\n",
     "SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18312,7 +18521,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4042 \"springls.h\"\n",
+    "#line 4199 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18385,8 +18594,8 @@ static const char *const springls__kernel_lines[] = {
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
-    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],\n",
-    "                                                     room, d2[m], 3 * other + (int)edge[m]);\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m,\n",
+    "                                                     length[m], room, d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -18395,8 +18604,11 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4126 \"springls.h\"\n",
+    "#line 4283 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
+    "\n",
+    "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
+    "#define SPRINGLS__SAME_SIDE 0.3f\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
     "SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)\n",
@@ -18423,10 +18635,7 @@ static const char *const springls__kernel_lines[] = {
     "    float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */\n",
     "    springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;\n",
     "    springls__tri t;\n",
-    "    if (springls__length2(u) < 1e-8f)\n",
-    "        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))\n",
-    "                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));\n",
-    "    u = springls__normalize(u);\n",
+    "    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);\n",
     "    v = springls__cross(n, u);\n",
     "    t.a = springls__mad(p, u, radius);\n",
     "    t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);\n",
@@ -18443,7 +18652,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */\n",
+    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */\n",
     "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
     "    const float range = 1.5f; /* voxels */\n",
@@ -18546,7 +18755,7 @@ static const char *const springls__kernel_lines[] = {
     "        bool older = model->set.generation[other] < model->set.generation[i]\n",
     "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
     "        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
-    "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
+    "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -18569,7 +18778,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4301 \"springls.h\"\n",
+    "#line 4458 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18622,7 +18831,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi and omega. */\n",
+    "/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -18645,7 +18854,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4378 \"springls.h\"\n",
+    "#line 4535 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18671,7 +18880,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4405 \"springls.h\"\n",
+    "#line 4562 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18710,7 +18919,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
     "{\n",
-    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    const float turn = 6.28318531f;\n",
     "    springls__widest_gap widest;\n",
     "    float from, middle;\n",
     "    int i;\n",
@@ -18727,9 +18936,9 @@ static const char *const springls__kernel_lines[] = {
     "        widest.angle = angle;\n",
     "        from = gaps.angle[i - 1];\n",
     "    }\n",
-    "    middle = (from + 0.5f * widest.angle) * over_pi;\n",
+    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
     "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                   springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
     "    return widest;\n",
     "}\n",
     "\n",
@@ -18737,11 +18946,10 @@ static const char *const springls__kernel_lines[] = {
     "   two wide gaps; its end and a drop leave nearly all open. */\n",
     "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
     "{\n",
-    "    const float degree = 0.0174532925f;\n",
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4476 \"springls.h\"\n",
+    "#line 4632 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -18849,21 +19057,27 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a\n",
-    "   wide hole, the height is unreliable: the place stays. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
+    "   not ok with fewer. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)\n",
     "{\n",
     "    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
+    "    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;\n",
+    "}\n",
+    "\n",
+    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
+    "   there. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "{\n",
+    "    springls__fit_result result = springls__fit_highest(fit);\n",
     "    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];\n",
-    "    if (fit.count < 4) result.ok = 0;\n",
-    "    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    if (u * u + v * v > w * w) {\n",
     "        result.point = fit.origin;\n",
     "        result.normal = fit.n;\n",
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4599 \"springls.h\"\n",
+    "#line 4761 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -18918,7 +19132,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4655 \"springls.h\"\n",
+    "#line 4817 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -18933,7 +19147,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4670 \"springls.h\"\n",
+    "#line 4832 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18948,7 +19162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4686 \"springls.h\"\n",
+    "#line 4848 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18959,7 +19173,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4697 \"springls.h\"\n",
+    "#line 4859 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18974,7 +19188,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4712 \"springls.h\"\n",
+    "#line 4874 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -18985,7 +19199,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4723 \"springls.h\"\n",
+    "#line 4885 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19039,8 +19253,8 @@ static const char *const springls__kernel_lines[] = {
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or\n",
-    "   minus twice far_value. */\n",
+    "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
+    "   old one plus or minus twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
@@ -19088,7 +19302,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4827 \"springls.h\"\n",
+    "#line 4989 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19110,11 +19324,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
     "{\n",
     "    int s, best = -1;\n",
-    "    float most = SPRINGLS__TOGETHER, along;\n",
+    "    float closest = SPRINGLS__TOGETHER, along;\n",
     "    for (s = 0; s < sides.count; s++) {\n",
     "        along = springls__dot(sides.normal[s], n);\n",
-    "        if (along <= most) continue;\n",
-    "        most = along;\n",
+    "        if (along <= closest) continue;\n",
+    "        closest = along;\n",
     "        best = s;\n",
     "    }\n",
     "    return best;\n",
@@ -19142,7 +19356,7 @@ static const char *const springls__kernel_lines[] = {
     "    return patch;\n",
     "}\n",
     "\n",
-    "/* Returns their variance in the direction in which it is least. */\n",
+    "/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */\n",
     "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
     "{\n",
     "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
@@ -19200,15 +19414,11 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
     "                                                   const float *weight, int count)\n",
     "{\n",
-    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)\n",
-    "                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),\n",
-    "                 e2;\n",
+    "    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);\n",
     "    springls__patch patch = springls__patch_begin();\n",
     "    springls__strip strip;\n",
     "    float sum = 0.0f;\n",
     "    int i;\n",
-    "    e1 = springls__normalize(springls__cross(facing, e1));\n",
-    "    e2 = springls__cross(facing, e1);\n",
     "    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    for (i = 0; i < count; i++) {\n",
     "        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;\n",
@@ -19323,7 +19533,7 @@ static const char *const springls__kernel_lines[] = {
     "    int id[SPRINGLS__SAMPLE_SET_SIZE], count;\n",
     "} springls__sample_set;\n",
     "\n",
-    "/* Adds one; false when the set is full. */\n",
+    "/* Adds a springl to the set; false when the set is full. */\n",
     "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                              float weight, int id)\n",
     "{\n",
@@ -19377,10 +19587,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
     "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
-    "    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
-    "    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
-    "    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f\n",
-    "        || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
+    "    result = springls__fit_highest(fit);\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
     "        result.ok = 0;\n",
     "    return result;\n",
     "}\n",
@@ -19573,7 +19781,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5313 \"springls.h\"\n",
+    "#line 5469 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19671,7 +19879,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5412 \"springls.h\"\n",
+    "#line 5568 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -19685,7 +19893,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
     "{\n",
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
-    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;\n",
+    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
@@ -19721,7 +19929,7 @@ static const char *const springls__kernel_lines[] = {
     "   that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */\n",
     "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
     "{\n",
-    "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
+    "    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;\n",
     "    const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
@@ -19800,7 +20008,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5542 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19813,7 +20021,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;\n",
     "\n",
-    "/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */\n",
+    "/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */\n",
     "SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {\n",
     "    0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,\n",
     "    1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,\n",
@@ -19918,9 +20126,9 @@ static const char *const springls__kernel_lines[] = {
     "    return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;\n",
     "}\n",
     "\n",
-    "/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so\n",
-    "   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise\n",
-    "   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */\n",
+    "/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all\n",
+    "   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put\n",
+    "   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */\n",
     "SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)\n",
     "{\n",
     "    return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);\n",
@@ -19932,8 +20140,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);\n",
     "}\n",
     "\n",
-    "/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added\n",
-    "   first: every cube around the edge finds the same bits. */\n",
+    "/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole\n",
+    "   numbers first, so that all cubes around the edge get the same bits. */\n",
     "SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)\n",
     "{\n",
     "    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);\n",
@@ -19965,7 +20173,7 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "/* The same cube from the grid itself: slower, without a tile. */\n",
+    "/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */\n",
     "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
@@ -19990,7 +20198,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5733 \"springls.h\"\n",
+    "#line 5889 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20099,7 +20307,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5843 \"springls.h\"\n",
+    "#line 5999 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20122,7 +20330,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__oriented_springls(model);\n",
     "}\n",
     "\n",
-    "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
+    "/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the\n",
+    "   large springls. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
     "typedef struct springls__near_ranges {\n",
@@ -20172,12 +20381,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
+    "/* Returns the sum of a vector, whose x is `member`. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)\n",
+    "{\n",
+    "    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],\n",
+    "                             sums[springls__sum_at(member + 2, i)]);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);\n",
-    "    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);\n",
-    "    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);\n",
+    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);\n",
+    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);\n",
+    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);\n",
     "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
     "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
     "    return m;\n",
@@ -20238,11 +20454,13 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
     "\n",
-    "/* Return the first and the last voxel of the brick that it comes near. */\n",
+    "/* Returns the first voxel of the brick that such a place comes near along one axis. */\n",
     "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "\n",
+    "/* Returns the last voxel of the brick that such a place comes near along one axis. */\n",
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
-    "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
+    "/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
     "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
@@ -20440,7 +20658,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec lo = springls__least(v), hi = springls__most(v);\n",
+    "        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);\n",
     "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
     "        some = some || springls__vec_any(bubble | crumb);\n",
     "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
@@ -20448,7 +20666,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
+    "/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
@@ -20468,7 +20686,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6213 \"springls.h\"\n",
+    "#line 6379 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20619,7 +20837,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6365 \"springls.h\"\n",
+    "#line 6531 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20627,7 +20845,9 @@ static const char *const springls__kernel_lines[] = {
     "    float kappa_int, kappa_ext;      /* eq. 4, 5                                 */\n",
     "    float sharpness;                 /* lambda_c                                 */\n",
     "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
-    "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
+    "    springls_threshold threshold;    /* H                                         */\n",
+    "    springls_weight weight;          /* W                                         */\n",
+    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
     "} springls__relax_rule;\n",
     "\n",
     "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
@@ -20641,13 +20861,13 @@ static const char *const springls__kernel_lines[] = {
     "    rule.sharpness = params->sharpness;\n",
     "    rule.step_length = params->relax_step_length;\n",
     "    rule.step_rotation = params->relax_step_rotation;\n",
-    "    rule.threshold = (int)params->threshold;\n",
-    "    rule.weight = (int)params->weight;\n",
+    "    rule.threshold = params->threshold;\n",
+    "    rule.weight = params->weight;\n",
     "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6393 \"springls.h\"\n",
+    "#line 6561 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20662,7 +20882,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6409 \"springls.h\"\n",
+    "#line 6577 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20689,17 +20909,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
     "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
     "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
@@ -20778,8 +20998,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(turn) turn;\n",
     "    turn.some = angle >= 1e-7f;\n",
     "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
     "    return turn;\n",
     "}\n",
     "\n",
@@ -20831,7 +21051,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6578 \"springls.h\"\n",
+    "#line 6746 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20846,7 +21066,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6593 \"springls.h\"\n",
+    "#line 6761 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -20873,17 +21093,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)\n",
     "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
-    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "    if (which == SPRINGLS_WEIGHT_LINEAR) return x;\n",
+    "    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);\n",
     "}\n",
     "\n",
     "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)\n",
     "{\n",
-    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);\n",
     "}\n",
     "\n",
     "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
@@ -20962,8 +21182,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(turn) turn;\n",
     "    turn.some = angle >= 1e-7f;\n",
     "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
-    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
-    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);\n",
     "    return turn;\n",
     "}\n",
     "\n",
@@ -21015,7 +21235,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6762 \"springls.h\"\n",
+    "#line 6930 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21043,15 +21263,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);\n",
     "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
     "    (void)args;\n",
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
-    "    s.q[1] = s.q[2];\n",
-    "    s.q[2] = q;\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6799 \"springls.h\"\n",
+    "#line 6965 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21159,7 +21377,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 6908 \"springls.h\"\n",
+    "#line 7074 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21167,7 +21385,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
     "\n",
-    "/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
+    "/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */\n",
     "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
     "{\n",
     "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
@@ -21256,7 +21474,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7006 \"springls.h\"\n",
+    "#line 7172 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21282,8 +21500,7 @@ static const char *const springls__kernel_lines[] = {
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
     "}\n",
     "\n",
-    "\n",
-    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
+    "/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */\n",
     "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21295,7 +21512,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t k;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
+    "    SPRINGLS__BARRIER; /* all items have read it before one writes omega */\n",
     "    if (!unknown) return;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
@@ -21308,12 +21525,12 @@ static const char *const springls__kernel_lines[] = {
     "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
     "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
-    "        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
+    "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -21331,14 +21548,14 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7082 \"springls.h\"\n",
+    "#line 7247 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
-    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
+    "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
     "/* Blocks closer than this to a springl stop the background. */\n",
     "#define SPRINGLS__SHELL 1.5f\n",
     "\n",
-    "/* Of a brick. */\n",
+    "/* States of a brick. */\n",
     "#define SPRINGLS__OPEN 0\n",
     "#define SPRINGLS__BLOCKED 1\n",
     "#define SPRINGLS__BACKGROUND 2\n",
@@ -21363,7 +21580,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
-    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
+    "/* Makes a block of step^3 bricks background; false when one of them is blocked. */\n",
     "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
     "{\n",
     "    int hi[3], x, y, z, axis;\n",
@@ -21409,7 +21626,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
-    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
+    "/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
+    "   -1. */\n",
     "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21419,7 +21637,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all know the slot */\n",
+    "    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */\n",
     "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
@@ -21430,7 +21648,7 @@ static const char *const springls__kernel_lines[] = {
     "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
     "\n",
-    "/* Is the background beside a block of b^3 voxels? */\n",
+    "/* Returns true when the background is beside a block of b^3 voxels. */\n",
     "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
     "{\n",
     "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
@@ -21503,7 +21721,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Voxels that springls are near take the side of the nearest ones. */\n",
+    "/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *side)\n",
     "{\n",
@@ -21551,7 +21769,7 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* The side becomes the sign of the distance. */\n",
+    "/* Makes phi of active brick i a distance: omega with the sign of phi. */\n",
     "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -21564,7 +21782,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7316 \"springls.h\"\n",
+    "#line 7482 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -21671,7 +21889,7 @@ static const char *const springls__kernel_lines[] = {
     "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
     "}\n",
     "\n",
-    "/* Returns the case of the cube at x between them. */\n",
+    "/* Returns the case of the cube at x between the four rows. */\n",
     "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
     "{\n",
     "    uint32_t mask = 0u;\n",
@@ -21822,7 +22040,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7575 \"springls.h\"\n",
+    "#line 7741 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -21904,7 +22122,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 21908 \"springls.h\"\n",
+    "#line 22126 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -22510,7 +22728,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
-    ""   /* counts as no line: it is here so that the list is never empty */
+    ""   /* not counted: the array must not be empty */
 };
 
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
@@ -22520,43 +22738,49 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
 }
 
 /* ======== >>combine  (src/tools/combine.h) ===================================================================== */
-/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
-   those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
-   tell it exactly (project, keep_edges). */
+/* combine.h - computes the union, intersection or difference of two models. The springls of each that bound the result stay, by
+   the side of the other's level set on which they lie. phi is the minimum or maximum of the two; where that has a crease, at
+   the seam, the springls correct it (project, keep_edges). */
 
-/* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
-typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
+/* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
+   surface, by the direction they face. */
+typedef struct springls__side_rule {
+    const springls__grid *grid;      /* of the other operand                                                       */
+    float sign;
+    bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
+} springls__side_rule;
 
-/* alike, opposite: do springls stay that lie on the other's surface and face the same way, or the other way? */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked, springls_operation operation, bool of_other)
+/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
 {
+    const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
-    rule.asked = &asked->model.grid;
-    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (operation == SPRINGLS_OPERATION_DIFFERENCE && of_other) ? -1.0f : 1.0f;
-    rule.alike = !of_other && operation != SPRINGLS_OPERATION_DIFFERENCE; /* one of the two is enough */
-    rule.opposite = !of_other && operation == SPRINGLS_OPERATION_DIFFERENCE;
+    rule.grid = grid;
+    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
+    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
+    rule.keep_opposite = !second && difference;
     return rule;
 }
 
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f;
-    float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
-    float facing = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->asked, rule->asked->phi, s->p));
-    if (springls__fabs(phi) < on_surface && facing > 0.7f) return rule->alike != 0;
-    if (springls__fabs(phi) < on_surface && facing < -0.7f) return rule->opposite != 0;
+    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
+    float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
+    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
+    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
-/* Corners beyond the seam are drawn in to it, towards the particle. */
+/* Moves the corners of a springl that lie beyond the seam onto it, towards the particle. */
 SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
-    const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
-    float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
+    const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
+    float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
     int m;
-    for (m = 0; m < 3 && here > enough; m++) {
-        float there = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.q[m]);
-        if (there < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], here / (here - there));
+    for (m = 0; m < 3 && phi_p > min_distance; m++) {
+        float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
+        if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
     }
     return springls__springl_finished(s);
 }
@@ -22581,6 +22805,7 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
@@ -22588,40 +22813,45 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     int v;
     for (i = 0; i < bricks; i++) {
         float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *its = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *its) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], its[v]);
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
     }
     ctx->omega_fresh = false;
 }
 
-/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals
-   cross, within a voxel, it is less exact. */
+/* Writes the reference level set of the result into `phi`, by slot, and gives the bricks with voxels new slots. Returns their
+   number. Of the two originals' values takes that of smaller size, because tracking uses phi_ref as a distance and not its
+   sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN int springls__merge_references(springls__grid *g, const springls__grid *other, float *phi)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int slots = SPRINGLS__FIRST_SLOT, v;
+    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = 0; i < bricks; i++) {
+        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        float *out = phi + (size_t)slots * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+        g->top[i] = slots++;
+    }
+    return slots;
+}
+
+/* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
     springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
-    size_t i, bricks = springls__brick_count(g);
-    int slots = SPRINGLS__FIRST_SLOT, v;
-    float *phi;
+    size_t i, bricks = springls__brick_count(g), slots = SPRINGLS__FIRST_SLOT;
     memset(&field, 0, sizeof field);
     for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, (size_t)slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    phi = (float *)field.data;
-    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
-    slots = SPRINGLS__FIRST_SLOT;
-    for (i = 0; i < bricks; i++) {
-        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            phi[(size_t)slots * SPRINGLS__BRICK_VOXELS + (size_t)v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-        g->top[i] = slots++;
-    }
-    g->slot_count = slots;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->slot_count = springls__merge_references(g, other, (float *)field.data);
     springls__release(ctx, memory->data, memory->bytes);
     memory->data = field.data;
     memory->bytes = field.bytes;
@@ -22631,6 +22861,8 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
+/* Copies the triangles of one surface into another, from index `at` on. turn: reverses them; given_before: triangles of the
+   caller's meshes that come before those of `from`. */
 SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
                                            bool turn)
 {
@@ -22641,12 +22873,13 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
+/* Builds in `both` the surface of the triangles of this model's original and of the other. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both,
                                                      const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
     int count;
-    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is twice the number of a triangle, or one more */
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
     count = own->count + other->count;
     SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
@@ -22659,6 +22892,7 @@ SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
+/* Replaces the original surface by that of both models; unchanged on failure. turn: turns the triangles of the other. */
 SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
 {
     springls__surface both;
@@ -22690,15 +22924,6 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Turns a triangle round: its normal points the other way. */
-SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
-{
-    springls__v3 q = s.q[1];
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    return springls__springl_finished(s);
-}
-
 /* Copies the values of springl j for the attributes that both models have; others are 0. */
 SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
 {
@@ -22722,7 +22947,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     uint32_t age = other->model.set.step - (record.birth >> 2);
     int n = ctx->model.set.count;
     record.s = springls__pull_to_surface(rule, record.s);
-    if (turn) record.s = springls__turned_round(record.s);
+    if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
     springls__record_store(&ctx->model, n, record);
@@ -22730,49 +22955,53 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
+   more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other)
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
-    int i, count = ctx->model.set.count, staying, coming;
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &its_rule, &coming));
-    if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
-    if (staying + coming > ctx->desc.max_springls)
+    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + coming)));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + added)));
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + coming, count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
-            springls__copy_other_springl(ctx, other, i, &its_rule, turn);
+            springls__copy_other_springl(ctx, other, i, &other_rule, turn);
     ctx->stats.removed += count - staying;
-    ctx->stats.added += coming;
+    ctx->stats.added += added;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 
-/* ---- and what follows ---- */
+/* ---- the call ---- */
 
-/* Gaps are filled, with all that fill_gaps finds in some calls: a wide one takes more than one. */
+/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
 SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 {
-    const int most = 6;
+    const int max_passes = 6;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
 
-/* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
-SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, bool project)
+/* Completes a model whose springls and phi were changed: finds its edges, and fills its gaps. project: projects phi onto
+   the springls too, if params.project_level_set is set. */
+SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
     ctx->locked_count = 0;
@@ -22781,26 +23010,29 @@ SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, b
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    if (project && ctx->model.params.project_level_set)
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
+/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__run_until_steady(ctx, true);
+    return springls__complete_model(ctx, true);
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION && operation != SPRINGLS_OPERATION_DIFFERENCE)
+    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
+        && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
     if (!other || other == ctx)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
@@ -22850,15 +23082,19 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
 }
 
 /* ======== >>remodel  (src/tools/remodel.h) ===================================================================== */
-/* remodel.h - offset, smooth, remesh: a model made over in one call. */
+/* remodel.h - changes a whole model in one call: offset, smooth, remesh. */
 
 /* ---- offset ---- */
 
-/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners
-   off; less the offset. All in voxels. */
-typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level,
-                                            edges; float offset; } springls__parallel_surface;
+/* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
+   springls at its sharp edges, where marching cubes cut corners off. All in voxels. */
+typedef struct springls__parallel_surface {
+    springls__mesh_distance distance; /* to zero_level */
+    springls__surface zero_level, edges;
+    float offset;
+} springls__parallel_surface;
 
+/* Computes the signed distance to the new surface (a springls__distance_fn). */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     springls__parallel_surface *job = (springls__parallel_surface *)arg;
@@ -22871,6 +23107,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
     }
 }
 
+/* Builds the surface of the springls at sharp edges. */
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
@@ -22883,11 +23120,11 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved
-   parts would lie inside by twice as much in either direction. */
+/* Builds the surface of the welded zero level, with each triangle cut into four by the middles of its edges. The middles are
+   moved onto the zero level, which reduces the distance of flat triangles from a curved surface. */
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
-    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
+    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3 + k: the middle of corners k and k + 1 */
     springls__raw_mesh raw;
     int t, k;
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -22896,7 +23133,7 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
     for (t = 0; t < raw.triangle_count; t++) {
         springls__v3 x[6];
         for (k = 0; k < 3; k++) x[k] = raw.positions[raw.triangles[3 * t + k]];
-        for (k = 0; k < 3; k++) { /* from the lower end of the edge, so that both its triangles find the same middle */
+        for (k = 0; k < 3; k++) { /* from the lower index, so that both triangles of an edge have the same middle */
             int a = raw.triangles[3 * t + k], b = raw.triangles[3 * t + (k + 1) % 3];
             x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
             x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
@@ -22907,7 +23144,7 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
     return springls__surface_make_dipoles(ctx, surface);
 }
 
-/* Every springl goes along the surface's normals, its own at a sharp edge. */
+/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. */
 SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -22926,11 +23163,12 @@ SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
     springls__constellation_changed(ctx);
 }
 
-/* Those that have come to the new zero level stay, moved onto it; others lie before or behind what another part has become. */
-SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
+/* Keeps the springls that are near the new zero level, and moves them onto it; removes the others, which are behind the new
+   surface of another part. */
+SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
-    const float close = 0.15f;
+    const float close = 0.15f; /* voxels */
     int i, m, count = ctx->model.set.count;
     uint8_t *action;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
@@ -22951,6 +23189,7 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
 SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -22963,33 +23202,34 @@ SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
     return false;
 }
 
-/* Until none is too large. */
+/* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
-    const int most = 40;
+    const int max_passes = 40;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__resample(ctx));
     }
     return SPRINGLS_OK;
 }
 
+/* Does the work of springls_offset. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
 {
-    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->level));
+    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->zero_level));
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
-    if (job->level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
+    if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
-    job->distance.surface = &job->level;
+    job->distance.surface = &job->zero_level;
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
-    SPRINGLS__TRY(springls__offset_sort(ctx));
+    SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__run_until_steady(ctx, false); /* phi is exact already */
+    return springls__complete_model(ctx, false); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -23006,7 +23246,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
-    springls__surface_free(ctx, &job.level);
+    springls__surface_free(ctx, &job.zero_level);
     springls__surface_free(ctx, &job.edges);
     return springls__clear_on_failure(ctx, status);
 }
@@ -23039,7 +23279,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
+    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
@@ -23051,11 +23291,12 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
-    const int most = 4;
+    const int max_passes = 4;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));

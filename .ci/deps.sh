@@ -1,7 +1,7 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo examples display opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
-# Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
+# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix. CC and CXX name the
+# compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
 missing=
@@ -35,6 +35,13 @@ for group; do
         need_command make make ;;
     test)   # the engine's game loop is C++
         need_command "${CXX%% *}" "$(compiler_package "$CXX")" ;;
+    judges)   # what tests compare with, and skip where it is missing
+        headers="$headers
+            openvdb/openvdb.h libopenvdb-dev
+            tbb/tbb.h libtbb-dev
+            boost/version.hpp libboost-dev
+            boost/iostreams/stream.hpp libboost-iostreams-dev"
+        need_command elastix elastix ;;
     matrix)
         headers="$headers
             CL/cl.h opencl-headers"
@@ -79,7 +86,7 @@ for group; do
             boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

@@ -72,7 +72,7 @@ examples: $(EXAMPLES)   ## build every program of examples/ into build/ (or one:
 
 # Refuses an include of a folder that its own does not use.
 check-folders:
-	@$(foreach f,$(EXAMPLE_FOLDERS),! grep -nE '#include "($(subst $() $(),|,$(filter-out $(call folders,$(f)),$(EXAMPLE_FOLDERS))))(_cl)?[/.]' \
+	@$(foreach f,$(EXAMPLE_FOLDERS),! grep -nE '#include "(\.\./)?($(subst $() $(),|,$(filter-out $(call folders,$(f)),$(EXAMPLE_FOLDERS))))(_cl)?[/.]' \
 	  examples/common/$(f)/*.[ch] &&) true || { echo "check: examples.mk allows no such include"; exit 1; }
 
 HEAD_SCAN  ?= /usr/share/mricron/templates/ch2bet.nii.gz

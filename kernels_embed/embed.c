@@ -11,7 +11,7 @@
       #line directives in that text point into springls.h, so the build log of an OpenCL driver does too.
    3. The line  SPRINGLS__NAMESPACE_RENAMES in a comment of its own  becomes one #define for each function that is
       declared with SPRINGLS_API, so no function can be forgotten there.
-   4. An include of a part in a higher room (the table below), a circle of includes and two tags of one name are refused.
+   4. An include of a part in a higher folder (the table below), a circle of includes and two tags of one name are refused.
 
    Without this tool both comments do nothing, and the parts compile as they are.
    Memory is never freed: the tool lives for some milliseconds. */
@@ -28,8 +28,8 @@ static const char PRIVATE_GUARD[] = "SPRINGLS__";
 static const char KERNELS_MARKER[] = "/* SPRINGLS__EMBED_KERNELS */";
 static const char RENAMES_MARKER[] = "/* SPRINGLS__NAMESPACE_RENAMES */";
 
-/* The rooms, lowest first: a part includes parts of its own room and of lower ones. */
-static const char *const rooms[] = {
+/* The folders, lowest first: a part includes parts of its own folder and of lower ones. */
+static const char *const folders[] = {
     "kernels_embed/interface", "kernels_embed/language", "kernels_embed/model", "kernels_embed/stages", "kernels_embed/output",
     "kernels_embed/device",
     "src/interface", "src/runtime", "src/model", "src/stages", "src/solver", "src/lifecycle", "src/input", "src/output",
@@ -275,13 +275,13 @@ static char *tag_of(const char *path)
     return join(name, is_maths(path) ? ":kernel" : "", "");
 }
 
-/* The place of a part's folder in the table of rooms; -1: it lies in none. */
-static int room_of(const char *path)
+/* The place of a part's folder in the table of folders; -1: it is not there. */
+static int folder_rank(const char *path)
 {
     size_t i, folder = (size_t)(base_name(path) - path);
-    for (i = 0; i < sizeof rooms / sizeof *rooms; i++) {
-        size_t n = strlen(rooms[i]) + 1;
-        if (folder >= n && memcmp(path + folder - n, rooms[i], n - 1) == 0 && (folder == n || path[folder - n - 1] == '/'))
+    for (i = 0; i < sizeof folders / sizeof *folders; i++) {
+        size_t n = strlen(folders[i]) + 1;
+        if (folder >= n && memcmp(path + folder - n, folders[i], n - 1) == 0 && (folder == n || path[folder - n - 1] == '/'))
             return (int)i;
     }
     return -1;
@@ -347,17 +347,17 @@ static void banner(const char *path)
     add_string(&product, t.at);
 }
 
-/* Refuses a circle and an include of a higher room. asked_by: the line of the include. */
+/* Refuses a circle and an include of a higher folder. asked_by: the line of the include. */
 static void check_include(const char *path, const char *asked_by, const chain *up)
 {
     const chain *c;
     int from, to;
     for (c = up; c; c = c->up)
         if (strcmp(c->path, path) == 0) die("%s: %s includes itself, by way of this line", asked_by, path);
-    if (!up || (from = room_of(up->path)) < 0) return;
-    to = room_of(path);
-    if (to < 0) die("%s: %s lies in no room", asked_by, path);
-    if (to > from) die("%s: %s lies in a higher room: %s is above %s", asked_by, path, rooms[to], rooms[from]);
+    if (!up || (from = folder_rank(up->path)) < 0) return;
+    to = folder_rank(path);
+    if (to < 0) die("%s: %s lies in no folder that embed.c lists", asked_by, path);
+    if (to > from) die("%s: %s lies in a higher folder: %s is above %s", asked_by, path, folders[to], folders[from]);
 }
 
 static void take(const char *path, const char *asked_by, const chain *up);

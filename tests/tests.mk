@@ -1,15 +1,46 @@
 # ---- tests ----
 
-# Tests of the examples are compiled together with the folders that they use (examples/examples.mk), so that the sanitizers
-# see their code too. Where the libraries of these folders cannot be had the tests skip themselves.
-ifeq ($(WITH_LIBRARIES),1)
+# Tests of a sanitizer and tests of the parts live in folders of their own, beside the plain ones. Tests have OpenCL where its
+# headers are; threads by OpenMP only when OPENMP=1.
+TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
+TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
+                $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
+TEST_LIBS     = -lm -pthread
+
+UNIT_TESTS    = $(patsubst tests/%.c,%,$(sort $(wildcard tests/unit/test_*.c)))
+EXAMPLE_TESTS = $(patsubst tests/%.c,%,$(sort $(wildcard tests/examples/test_*.c)))
+
+# ---- building: a test is linked with the library, which is compiled once for each set of flags ----
+
+# $(1): a folder. $(2): flags more.
+define unit_rules
+$(1)/library.o: tests/library.c $(1)/settings | springls.h
+	$$(SAY)$$(CC) $$(TEST_FLAGS) $(2) -c -o $$@ $$<
+
+$(1)/%: tests/%.c $(1)/library.o $(1)/settings
+	@mkdir -p $$(@D)
+	$$(SAY)$$(CC) $$(TEST_FLAGS) $(2) -o $$@ $$< $(1)/library.o $$(TEST_LIBS)
+endef
+$(eval $(call unit_rules,$(TEST_DIR)))
+$(eval $(call unit_rules,$(TEST_DIR)-no-simd,-DSPRINGLS_NO_SIMD))
+
+# The tests that are about OpenCL look into the library and springls_cl.h, and have them as their own. What fails on demand is a
+# library that stands before OpenCL's.
+$(TEST_DIR)/backend/test_%: tests/backend/test_%.c $(TEST_DIR)/settings | springls.h $(TEST_DIR)/backend/opencl_stub.so
+	$(SAY)$(CC) $(TEST_FLAGS) -o $@ $< $(TEST_LIBS)
+$(TEST_DIR)/backend/opencl_stub.so: tests/backend/opencl_stub.c $(TEST_DIR)/settings
+	@mkdir -p $(@D)
+	$(SAY)$(CC) $(TEST_FLAGS) -shared -fPIC -o $@ $<
+
+# Tests of the examples are linked with the folders of examples/common that they use (examples/examples.mk), compiled with the
+# tests' flags. Where the libraries of these folders cannot be had, the tests skip themselves.
 test_atlas_USES     = $(atlas_USES)
 test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging
 test_contour_USES   = $(segment_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
-test_register_USES  = $(registration_USES) registration
+test_register_USES  = $(register_USES)
 test_segment_USES   = imaging
 test_track_USES     = $(track4d_USES)
 test_viewer_USES    = $(viewer_USES)
@@ -18,79 +49,100 @@ test_atlas_LIBS     = $(atlas_LIBS)
 test_imaging_LIBS   = -lcjson
 test_morph_LIBS     = $(morph_LIBS)
 test_viewer_LIBS    = $(viewer_LIBS)
-# The other program tests include the sources of their program.
+# The other tests of programs include the sources of their program.
 test_atlas_SOURCES  = $(filter-out examples/atlas/atlas.c,$(wildcard examples/atlas/*.c))
 
-$(TEST_DIR)/examples/test_%: tests/examples/test_%.c springls.h springls_cl.h $(TEST_DIR)/settings $(wildcard examples/*.c examples/*/*.[ch] examples/common/*/*.[ch])
+test_objects = $(patsubst examples/%.c,$(TEST_DIR)/objects/%.o,$(filter-out %/implementation.c,$($(1)_SOURCES) $(call folder_sources,$($(1)_USES))))
+EXAMPLE_TEST_FLAGS = $(TEST_FLAGS) $(NIFTI) -Iexamples -Iexamples/common -DTEST_EXAMPLES_COMMON
+
+$(TEST_DIR)/objects/%.o: examples/%.c $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)
-	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -Iexamples -Iexamples/common -DTEST_EXAMPLES_COMMON -o $@ $< \
-	  $($(@F)_SOURCES) $(call folder_sources,$($(@F)_USES)) $($(@F)_LIBS) $(call folder_libs,$($(@F)_USES))
+	$(SAY)$(CC) $(EXAMPLE_TEST_FLAGS) -c -o $@ $<
+
+define example_test_rule
+$(TEST_DIR)/examples/$(1): tests/examples/$(1).c $(call test_objects,$(1)) $(TEST_DIR)/library.o $(TEST_DIR)/settings
+	@mkdir -p $$(@D)
+	$$(SAY)$$(CC) $$(EXAMPLE_TEST_FLAGS) -o $$@ $$< $(call test_objects,$(1)) $(TEST_DIR)/library.o $($(1)_LIBS) $(call folder_libs,$($(1)_USES))
+endef
+ifeq ($(WITH_LIBRARIES),1)
+$(foreach t,$(notdir $(EXAMPLE_TESTS)),$(eval $(call example_test_rule,$(t))))
 endif
 
-$(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
-	@mkdir -p $(@D)
-	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
-
-# The engine's game loop, and the code of docs/engine.md, as a C++ program of their own; with threads, so under every sanitizer.
-TESTS += $(TEST_DIR)/examples/test_engine
-$(TEST_DIR)/examples/test_engine: tests/examples/test_engine.cc examples/engine_embed.cpp docs/engine.md springls.h $(TEST_DIR)/settings
+# C++: the engine's game loop with the code of docs/engine.md, which have the library as their own; and OpenVDB beside the library,
+# where that is installed.
+CXX_TEST_FLAGS = $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17
+$(TEST_DIR)/examples/test_engine: tests/examples/test_engine.cc docs/engine.md $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)
 	@sed -n '/^```cpp/,/^```$$/{/^```/!p}' docs/engine.md > $(TEST_DIR)/engine_sample.h
-	$(SAY)$(CXX) $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17 $(SANITIZE) -I. -Itests -I$(TEST_DIR) -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
+	$(SAY)$(CXX) $(CXX_TEST_FLAGS) -I$(TEST_DIR) -o $@ $< $(TEST_LIBS)
+$(TEST_DIR)/unit/test_openvdb: tests/unit/test_openvdb.cc $(TEST_DIR)/library.o $(TEST_DIR)/settings
+	@mkdir -p $(@D)
+	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) -o $@ $< $(TEST_DIR)/library.o -Wl,--copy-dt-needed-entries,--as-needed \
+	  $(if $(wildcard /usr/include/openvdb/openvdb.h),-lopenvdb -ltbb) $(TEST_LIBS)
 
-test: deps-test   ## build and run tests/*/test_*.c, each a program of its own, on both backends
+# ---- running: every program leaves a log; as many run at a time as there are processors ----
+
+PLAIN_TESTS   = $(UNIT_TESTS) $(EXAMPLE_TESTS) examples/test_engine unit/test_openvdb
+# The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
+LIBRARY_TESTS = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c))
+DEVICE_TESTS  = $(if $(WITH_OPENCL),$(patsubst tests/%.c,%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/unit/test_*.c) \
+                $(wildcard tests/backend/test_*.c)))
+ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
+  # What a driver does with memory and threads is its own affair, and the parts have no text for a device.
+  DEVICE_TESTS  =
+  LIBRARY_TESTS =
+endif
+SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log)
+NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log) $(if $(LIBRARY_TESTS),$(TEST_DIR)-no-simd/same_hashes.log)
+OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log)
+
+# The first program on OpenCL compiles the kernels into PoCL's cache, where the others find them.
+FIRST_OPENCL_LOG = $(if $(OPENCL_LOGS),$(TEST_DIR)/unit/test_determinism.opencl.log)
+$(filter-out $(FIRST_OPENCL_LOG),$(OPENCL_LOGS)): | $(FIRST_OPENCL_LOG)
+
+%.opencl.log: % FORCE
+	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
+%.log: % FORCE
+	@echo "  run $<"; tests/run.sh $@ $<
+$(TEST_DIR)-no-simd/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-no-simd/portability/hashes FORCE
+	@tests/run.sh $@ tests/portability/same_hashes.sh $(filter-out FORCE,$^)
+
+test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS)
+	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS))
+
+test: deps-test   ## build and run tests/*/test_*.c, each a program of its own: with and without SIMD, and on OpenCL
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) examples; then with=1; else with=0; echo "$$without"; fi; \
 	  $(DEPS) display || echo "$$without"; \
-	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
-	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
+	  if $(DEPS) opencl; then opencl=1; else opencl=; echo "$$without"; fi; \
+	  $(MAKE) $(PARALLEL) test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 
-# Beside another library, where that is installed. Its own memory handling would occupy the sanitizers.
-ifneq ($(VARIANT),)
-else ifneq ($(wildcard /usr/include/openvdb/openvdb.h),)
-TESTS += $(TEST_DIR)/unit/test_openvdb
-$(TEST_DIR)/unit/test_openvdb: tests/unit/test_openvdb.cc springls.h $(TEST_DIR)/settings
-	@mkdir -p $(@D)
-	$(SAY)$(CXX) -std=c++17 $(EXACT) -O1 -I. -Itests -MMD -MP -MF $@.d -o $@ $< -Wl,--copy-dt-needed-entries -lopenvdb -ltbb $(TEST_LIBS)
-endif
-
-# The library's tests run a second time, with their contexts on OpenCL, beside those that are about OpenCL. Under a sanitizer
-# they do not: what a driver does with memory and threads is its own affair.
-OPENCL_FILES  := $(if $(OPENCL),$(wildcard tests/backend/test_opencl_*.c))
-WITH_CONTEXTS := $(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/unit/test_*.c)
-DEVICE_TESTS  := $(if $(VARIANT)$(filter 1,$(PARTS)),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
-
-# A library that stands before OpenCL's and fails on demand.
-$(TEST_DIR)/backend/opencl_stub.so: tests/backend/opencl_stub.c tests/backend/opencl_stub.h $(TEST_DIR)/settings
-	@mkdir -p $(@D)
-	$(SAY)$(CC) $(TEST_FLAGS) -shared -fPIC -o $@ $<
-$(TEST_DIR)/backend/test_opencl_faults: | $(TEST_DIR)/backend/opencl_stub.so
-
-test-run: $(TESTS) $(DEVICE_TESTS)
-	@tests/run.sh $(TESTS) $(if $(DEVICE_TESTS),--opencl $(DEVICE_TESTS))
+# ---- sanitizers ----
 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
-SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ OPT=-O1 SANITIZE="-fno-omit-frame-pointer -Wno-maybe-uninitialized
+SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ SANITIZE="-g1 -fno-omit-frame-pointer -Wno-maybe-uninitialized
 
 asan:   ## the tests under AddressSanitizer (out-of-bounds, use after free, leaks)
 	@$(SANITIZED) -fsanitize=address"
 ubsan:  ## the tests under UndefinedBehaviorSanitizer
 	@$(SANITIZED) -fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
-tsan:   ## the tests with threads under ThreadSanitizer (data races)
+tsan:   ## the tests under ThreadSanitizer (data races)
 	@$(SANITIZED) -fsanitize=thread"
 
-# Vectors that are filled lane by lane it does not follow: the scalar text is what it reads.
+# MemorySanitizer does not follow vectors that are filled lane by lane: one lane is what it reads.
 msan: deps-oclgrind springls.h   ## models' lives under MemorySanitizer (values that nobody has set)
 	@mkdir -p build
 	$(SAY)clang -std=c99 -O1 -g $(EXACT) -fsanitize=memory -fno-sanitize-recover=all -DSPRINGLS_NO_SIMD -I. -Itests -o build/lives-msan \
-	  tests/portability/hashes.c $(TEST_LIBS)
+	  tests/portability/hashes.c tests/library.c $(TEST_LIBS)
 	build/lives-msan
 
 oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL device: memory errors, races, wrong calls
 	@mkdir -p build
-	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -o build/opencl_small tests/backend/opencl_small.c $(TEST_LIBS)
+	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -DSPRINGLS_TEST_OPENCL -o build/opencl_small tests/backend/opencl_small.c tests/library.c $(TEST_LIBS)
 	@tests/backend/oclgrind.sh build/opencl_small
 
 compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed
 	@tests/portability/matrix.sh
+
+-include $(wildcard build/test*/*.d build/test*/*/*.d build/test*/objects/*/*.d build/test*/objects/*/*/*.d)

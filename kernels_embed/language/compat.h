@@ -5,7 +5,7 @@
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
-  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
+  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
@@ -14,7 +14,7 @@
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
-  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  /* Calls springls_cl_desc.velocity_source for advect.h. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
       static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
@@ -50,7 +50,7 @@
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
-  /* Never called: on the host it is a callback. */
+  /* Defines a function that is never called: on the host the velocity is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
       {                                                                                                                   \

@@ -78,7 +78,6 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from)
     return *(const springls__vec_anywhere *)(const void *)from;
 }
 
-
 SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
 
 SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
@@ -156,7 +155,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
 #include "width_simd.h"
 #include "vector_body.h"
 
-/* A table for springls__vec_from. */
+/* Holds the numbers that springls__vec_from reads. */
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
 /* Returns first, first + 1, ..., for the places along a row of eight. */

@@ -9,7 +9,7 @@ typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 /* A triangle prepared for many points: everything a distance needs that does not depend on the point. */
 typedef struct springls__tri_plan {
     springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    springls__v3 edge[3], inward[3], n; /* inward: in-plane normal of an edge (not unit); n: twice the area vector */
     float inverse_edge2[3], inverse_n2;
 } springls__tri_plan;
 
@@ -80,9 +80,9 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.edge[0] = springls__sub(t.b, t.a);
     plan.edge[1] = springls__sub(t.c, t.b);
     plan.edge[2] = springls__sub(t.a, t.c);
-    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
-    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
-    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
+    plan.inward[0] = springls__cross(plan.n, plan.edge[0]);
+    plan.inward[1] = springls__cross(plan.n, plan.edge[1]);
+    plan.inward[2] = springls__cross(plan.n, plan.edge[2]);
     plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
     plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
     plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);

@@ -23,7 +23,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x,
     return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
 }
 
-/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three edges, else to the
    nearest edge. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
 {
@@ -31,9 +31,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
     SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
     SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
-    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
-                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
-                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->inward[2]), dc));
     SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
     SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
     SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);

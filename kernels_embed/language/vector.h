@@ -4,6 +4,9 @@
 
 #include "compat.h"
 
+#define SPRINGLS__DEGREE 0.0174532925f /* radians */
+#define SPRINGLS__OVER_PI 0.318309886f /* 1 / pi  */
+
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
 /* The primitives of every *_body.h for single numbers; simd.h has those for several at once. */

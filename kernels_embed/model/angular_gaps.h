@@ -40,7 +40,7 @@ typedef struct springls__widest_gap { float angle, second; springls__v3 middle; 
 
 SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
 {
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    const float turn = 6.28318531f;
     springls__widest_gap widest;
     float from, middle;
     int i;
@@ -57,9 +57,9 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
         widest.angle = angle;
         from = gaps.angle[i - 1];
     }
-    middle = (from + 0.5f * widest.angle) * over_pi;
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
     widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                   springls__scale(gaps.e2, springls__sinpi(middle)));
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
     return widest;
 }
 
@@ -67,9 +67,8 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
    two wide gaps; its end and a drop leave nearly all open. */
 SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 {
-    const float degree = 0.0174532925f;
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * degree && widest.second <= 80.0f * degree;
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
 }
 
 #endif

@@ -69,7 +69,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
-/* Begins a walk over all springls whose particle may lie within r of x, and some more. */
+/* Begins a walk over at least all springls whose particle lies within r of x. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -140,7 +140,8 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
         if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
 }
 
-/* Puts it into those lists; entry r + 1 moves on to where the list ends. */
+/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
+   ends. */
 SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;

@@ -109,14 +109,20 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Solves a quadratic with ten neighbors or more, a plane with four or more. Where all of them lie to one side, at the rim of a
-   wide hole, the height is unreliable: the place stays. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+{
+    springls__fit_result result = springls__fit_highest(fit);
     float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (fit.count < 4) result.ok = 0;
-    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
     if (u * u + v * v > w * w) {
         result.point = fit.origin;
         result.normal = fit.n;

@@ -24,12 +24,20 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
 }
 
+/* Finds the place of a brick in the top table, counted in bricks. */
+SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])
+{
+    place[0] = brick % g->bricks[0];
+    place[1] = brick / g->bricks[0] % g->bricks[1];
+    place[2] = brick / (g->bricks[0] * g->bricks[1]);
+}
+
 /* Finds the first voxel of a brick of the top table. */
 SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
-    origin[0] = 8 * (brick % g->bricks[0]);
-    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+    int axis;
+    springls__brick_place(g, brick, origin);
+    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
 }
 
 SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
@@ -131,7 +139,7 @@ SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
     return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
 }
 
-/* Returns the way in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
+/* Returns the distance in a tile from a voxel to neighbour d = 0..26 of its 3x3x3 block, x fastest. */
 SPRINGLS__MATHS int springls__tile_step(int d)
 {
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
@@ -180,14 +188,14 @@ SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const 
 }
 
 /* Returns the smallest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_min(springls__cross7 v)
 {
     return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
                              springls__vec_min(v.zm, v.zp));
 }
 
 /* Returns the largest of the six neighbours. */
-SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)
 {
     return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
                              springls__vec_max(v.zm, v.zp));
@@ -203,7 +211,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls_
 /* Returns where a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 {
-    return springls__crosses(v.c, springls__least(v), springls__most(v));
+    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));
 }
 
 /* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */

@@ -15,7 +15,7 @@
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
-/* Made from the rules above by tests/unit/test_marching_cubes.c, which checks them: test_marching_cubes --print-table. */
+/* Holds what the rules above give, made and checked by tests/unit/test_marching_cubes.c (test_marching_cubes --print-table). */
 SPRINGLS__CONST unsigned char springls__mc_triangle_count[256] = {
     0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 2, 1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3,
     1, 2, 2, 3, 2, 3, 3, 4, 2, 3, 3, 4, 3, 4, 4, 3, 2, 3, 3, 2, 3, 4, 4, 3, 3, 4, 4, 3, 4, 5, 5, 2,
@@ -120,9 +120,9 @@ SPRINGLS__MATHS int springls__mc_edge_corner(int edge)
     return edge < 4 ? k << 1 : edge < 8 ? (k & 1) | (k & 2) << 1 : k;
 }
 
-/* Where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b. Always asked from lower to higher, so
-   the cubes around the edge get the same bits. Kept 1/1024 off the corners: a grid value of exactly zero would otherwise
-   put several vertices on one point and make triangles of no area. Not-a-number and infinite values give a corner. */
+/* Returns where phi crosses zero on an edge: 0 at its lower corner a, 1 at its upper corner b; always in this order, so that all
+   cubes around the edge get the same bits. Stays 1/1024 off the corners: a grid value of exactly zero would otherwise put
+   several vertices on one point and make triangles of no area. NaN and infinite values give a place beside a corner. */
 SPRINGLS__MATHS float springls__mc_crossing(float phi_a, float phi_b)
 {
     return springls__clamp(phi_a / (phi_a - phi_b), 9.765625e-4f, 1.0f - 9.765625e-4f);
@@ -134,8 +134,8 @@ SPRINGLS__MATHS float springls__mc_edge_crossing(springls__mc_cell cell, int edg
     return springls__mc_crossing(cell.phi[a], cell.phi[a | 1 << springls__mc_edge_axis(edge)]);
 }
 
-/* The vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. The whole part is added
-   first: every cube around the edge finds the same bits. */
+/* Returns the vertex at parameter t of an edge of the cube whose corner 0 is voxel (i, j, k), in voxel units. Adds the whole
+   numbers first, so that all cubes around the edge get the same bits. */
 SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, float t)
 {
     int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);
@@ -167,7 +167,7 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* The same cube from the grid itself: slower, without a tile. */
+/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;

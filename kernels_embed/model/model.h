@@ -27,8 +27,8 @@
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
-    X(PHI_AT, float, 1, set, phi)                   /* phi at p when the two were last in step (phi_n of eq. 27)              */ \
-    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last in step with it                          */
+    X(PHI_AT, float, 1, set, phi)                   /* phi at p when phi was last synced with it (phi_n of eq. 27)            */ \
+    X(SYNCED_POSITION, springls__v3, 1, set, synced_position) /* p when phi was last synced with it                           */
 
 /* Lists what a grid has for each slot. */
 #define SPRINGLS__SLOT_ARRAYS(X)                                                                                                 \
@@ -103,12 +103,12 @@ typedef struct springls__record {
 #undef SPRINGLS__RECORD_MEMBER
 } springls__record;
 
-/* Kinds of springls: springls_kind of the interface. */
+/* Names the kinds of springls: springls_kind of the interface. */
 #define SPRINGLS__KIND_ORIGINAL 0u
 #define SPRINGLS__KIND_SPLIT 1u
 #define SPRINGLS__KIND_FILLED 2u
 
-/* What is done with a springl, or with a seed of one. */
+/* Names what is done with a springl, or with a seed of one. */
 #define SPRINGLS__REMOVE 0
 #define SPRINGLS__KEEP 1
 #define SPRINGLS__RESHAPE 2
@@ -207,6 +207,15 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
     return springls__tri_normal(springls__springl_tri(s));
 }
 
+/* Returns s with its triangle turned round: the normal points the other way. */
+SPRINGLS__MATHS springls__springl springls__reversed(springls__springl s)
+{
+    springls__v3 q = s.q[1];
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    return springls__springl_finished(s);
+}
+
 /* Returns true when springl i lies at a sharp edge that is to be kept. */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i)
 {
@@ -255,14 +264,14 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     springls__record_store(model, i, record);
 }
 
-/* Marks particle i as one that phi follows: notes its place. */
+/* Marks phi as synced with particle i: stores its place. */
 SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
     model->set.synced_position[i] = model->set.s[i].p;
 }
 
-/* Finds how far particle i has come since then, squared. */
+/* Finds the squared displacement of particle i since phi was last synced with it, voxel^2. */
 SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;

@@ -75,8 +75,8 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m],
-                                                     room, d2[m], 3 * other + (int)edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m,
+                                                     length[m], room, d2[m], 3 * other + (int)edge[m]);
     }
 }
 

@@ -1,12 +1,12 @@
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
    springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
-   use at a time. What is built on the way while a stage has roles of its own in use is in 0 or 7. */
+   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */
 #ifndef SPRINGLS__KERNEL_MODEL_SCRATCH_H
 #define SPRINGLS__KERNEL_MODEL_SCRATCH_H
 
 /* Lists the roles that kernels use. */
 #define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
-    /* what several stages build on the way */                                                                                   \
+    /* built by several stages */                                                                                                \
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
     X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
@@ -40,7 +40,7 @@
     X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
-    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where voxels do not know their side                  */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
@@ -76,9 +76,9 @@
     /* volume_lock */                                                                                                            \
     X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
     X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                            \
+    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
     /* output */                                                                                                                 \
-    X(mesh_sides, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                        \
+    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
 
 #endif

@@ -114,7 +114,7 @@ SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, 
     return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
 }
 
-/* Returns the case of the cube at x between them. */
+/* Returns the case of the cube at x between the four rows. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
     uint32_t mask = 0u;

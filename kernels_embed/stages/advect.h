@@ -21,20 +21,29 @@ SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springl
     return springls__scale(springls__cross(axis, springls__sub(x, center)), omega);
 }
 
-/* One displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
+/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
     springls__v3 middle = springls__add(k2, k3);
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;
-   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its
-   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */
+/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
+   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
+   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi
+   hardly changes, and the error of the normal would decide. */
 SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
+}
+
+/* Returns true when the topology constraint holds springl s back from a displacement of its particle. */
+SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__springl s, springls__v3 displacement)
+{
+    float before = springls__grid_sample(g, g->phi, s.p);
+    float after = springls__grid_sample(g, g->phi, springls__add(s.p, displacement));
+    return springls__held_by_topology(before, after, displacement, springls__springl_normal(s)) != 0;
 }
 
 /* A sampled field: from the model's voxels to its own samples. */
@@ -66,7 +75,7 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Mean curvature of phi at x: the Laplacian of a distance. */
+/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
@@ -79,7 +88,7 @@ SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
-/* What moves springls (eq. 1), where no callback has a part in it. */
+/* Names the flows that kernels compute without a callback (eq. 1). */
 #define SPRINGLS__FLOW_NONE 0
 #define SPRINGLS__FLOW_DEFORMATION 1
 #define SPRINGLS__FLOW_ROTATION 2
@@ -96,7 +105,7 @@ typedef struct springls__force_rule {
 
 SPRINGLS__USER_VELOCITY
 
-/* sigma of eq. 1. */
+/* Returns sigma of eq. 1 at x. */
 SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                                float time)
 {
@@ -114,7 +123,7 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
     return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
 }
 
-/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
 SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
                                               springls__v3 n, springls__v3 out)
 {
@@ -133,7 +142,18 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
-/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
+
+/* Returns true when the displacements of all points are finite, and their squares too. */
+SPRINGLS__MATHS bool springls__all_finite_movers(springls__movers d)
+{
+    int m, finite = 1;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    return finite != 0;
+}
+
+/* Returns the slopes of all points of a springl (eq. 2): that of the particle, or, with vertex_velocity, the flow at each point
+   and the push at the particle. */
 SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
                                                      springls__movers at, float time)
 {
@@ -152,7 +172,7 @@ SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *mode
     return slope;
 }
 
-/* x + s k, for all. */
+/* Returns all points, moved by s times their slopes. */
 SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
 {
     int m;
@@ -184,21 +204,17 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__springl s = model->set.s[i];
     springls__movers at, d;
     float d2;
-    int m, finite = 1;
+    int m;
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__displacement_of(model, &rule, at);
-    if (rule.stop_at_topology
-        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
-                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
-                                      springls__springl_normal(s)))
+    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
     d2 = springls__length2(d.x[0]);
     springls__displacement(model)[i] = d;
-    springls__displacement2(model)[i] = finite ? d2 : FLT_MAX;
-    springls__is_moving(model)[i] = d2 > 1e-4f ? 1 : 0;
+    springls__displacement2(model)[i] = springls__all_finite_movers(d) ? d2 : FLT_MAX;
+    springls__is_moving(model)[i] = d2 > SPRINGLS__MOVING2 ? 1 : 0;
 }
 
 /* Moves springl i by its displacements. */

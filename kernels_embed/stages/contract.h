@@ -6,6 +6,9 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
+/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
+#define SPRINGLS__SAME_SIDE 0.3f
+
 /* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
 SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, springls__v3 c)
 {
@@ -31,10 +34,7 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     float radius = springls__sqrt(area * 0.769800359f); /* area = (3 sqrt 3 / 4) radius^2 */
     springls__v3 u = springls__sub(toward, springls__scale(n, springls__dot(toward, n))), v;
     springls__tri t;
-    if (springls__length2(u) < 1e-8f)
-        u = springls__fabs(n.x) < 0.6f ? springls__cross(n, springls__v3_make(1.0f, 0.0f, 0.0f))
-                                       : springls__cross(n, springls__v3_make(0.0f, 1.0f, 0.0f));
-    u = springls__normalize(u);
+    u = springls__length2(u) < 1e-8f ? springls__any_tangent(n) : springls__normalize(u);
     v = springls__cross(n, u);
     t.a = springls__mad(p, u, radius);
     t.b = springls__mad(springls__mad(p, u, -0.5f * radius), v, 0.866025404f * radius);
@@ -51,7 +51,7 @@ SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, spring
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when it lies beside the springl, on the same side or round the sheet's rim. */
+/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
 SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */
@@ -154,7 +154,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
         bool older = model->set.generation[other] < model->set.generation[i]
                   || (model->set.generation[other] == model->set.generation[i] && other < i);
         if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }

@@ -55,7 +55,7 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
     }
 }
 
-/* phi_next from phi and omega. */
+/* Writes phi of active brick i after one step of eq. 23 to phi_next, from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *memory)
 {

@@ -22,7 +22,7 @@ typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } 
 SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
     const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > SPRINGLS__SAME_SIDE;
 }
 
 SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
@@ -58,7 +58,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
    that the springls around that place span. Springls must lie around it on all sides: beyond a rim that surface is a guess. */
 SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float widest = 110.0f * SPRINGLS__DEGREE, enclosed = 165.0f * SPRINGLS__DEGREE;
     const float range = 1.3f, away = SPRINGLS__SEED_RANGE - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;

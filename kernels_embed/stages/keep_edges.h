@@ -26,11 +26,11 @@ typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SP
 SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
 {
     int s, best = -1;
-    float most = SPRINGLS__TOGETHER, along;
+    float closest = SPRINGLS__TOGETHER, along;
     for (s = 0; s < sides.count; s++) {
         along = springls__dot(sides.normal[s], n);
-        if (along <= most) continue;
-        most = along;
+        if (along <= closest) continue;
+        closest = along;
         best = s;
     }
     return best;
@@ -58,7 +58,7 @@ SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, sprin
     return patch;
 }
 
-/* Returns their variance in the direction in which it is least. */
+/* Returns the variance of the places of a patch in the direction in which it is least, voxel^2. */
 SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
@@ -116,15 +116,11 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
-                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
-                 e2;
+    springls__v3 e1 = springls__any_tangent(facing), e2 = springls__cross(facing, e1);
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
     int i;
-    e1 = springls__normalize(springls__cross(facing, e1));
-    e2 = springls__cross(facing, e1);
     strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
     for (i = 0; i < count; i++) {
         if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
@@ -239,7 +235,7 @@ typedef struct springls__sample_set {
     int id[SPRINGLS__SAMPLE_SET_SIZE], count;
 } springls__sample_set;
 
-/* Adds one; false when the set is full. */
+/* Adds a springl to the set; false when the set is full. */
 SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, springls__v3 p, springls__v3 n, springls__v3 a,
                                               float weight, int id)
 {
@@ -293,10 +289,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
             fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+    result = springls__fit_highest(fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
     return result;
 }

@@ -73,8 +73,8 @@ SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or
-   minus twice far_value. */
+/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
+   old one plus or minus twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;

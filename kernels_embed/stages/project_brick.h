@@ -29,7 +29,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
     return springls__oriented_springls(model);
 }
 
-/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the
+   large springls. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
 typedef struct springls__near_ranges {
@@ -79,12 +80,19 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
+/* Returns the sum of a vector, whose x is `member`. */
+SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int i)
+{
+    return springls__v3_make(sums[springls__sum_at(member, i)], sums[springls__sum_at(member + 1, i)],
+                             sums[springls__sum_at(member + 2, i)]);
+}
+
 SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
-    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
-    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, i);
+    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, i);
+    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, i);
     m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
     m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
@@ -145,11 +153,13 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 /* Returns whether a place, counted from a brick's first voxel, comes near one of the brick's along one axis. */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
 
-/* Return the first and the last voxel of the brick that it comes near. */
+/* Returns the first voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+
+/* Returns the last voxel of the brick that such a place comes near along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
-/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+/* Adds a springl to the rows of a brick that are near it: with `nearest` as the nearest springl, else to the sums. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
                                             bool nearest, SPRINGLS__LOCAL float *sums)
 {
@@ -347,7 +357,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vec lo = springls__cross_min(v), hi = springls__cross_max(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vec_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
@@ -355,7 +365,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     return some;
 }
 
-/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
+/* Copies phi of active brick i to phi_next without specks; voxels that a thin sheet has inside stay. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {

@@ -10,7 +10,9 @@ typedef struct springls__relax_rule {
     float kappa_int, kappa_ext;      /* eq. 4, 5                                 */
     float sharpness;                 /* lambda_c                                 */
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
-    int threshold, weight, physical; /* H, W, and which torque                   */
+    springls_threshold threshold;    /* H                                         */
+    springls_weight weight;          /* W                                         */
+    bool physical;                   /* torque: eq. 19, else eq. 20               */
 } springls__relax_rule;
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
@@ -24,8 +26,8 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
     rule.sharpness = params->sharpness;
     rule.step_length = params->relax_step_length;
     rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
+    rule.threshold = params->threshold;
+    rule.weight = params->weight;
     rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
     return rule;
 }
@@ -61,13 +63,11 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 {
     const springls__grid *g = &model->grid;
     springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
     bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
     if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = springls__reversed(s);
 }
 
 #endif

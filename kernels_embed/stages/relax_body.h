@@ -24,17 +24,17 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, floa
 }
 
 /* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(springls_weight which, SPRINGLS__NUM x, float d_max, float radius)
 {
-    if (which == 0) return x;
-    if (which == 1) return SPRINGLS__W(atanh)(x);
-    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+    if (which == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (which == SPRINGLS_WEIGHT_ATANH) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, radius);
 }
 
 /* Returns H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(springls_threshold which, SPRINGLS__NUM x)
 {
-    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+    return which == SPRINGLS_THRESHOLD_LINEAR ? x : SPRINGLS__W(tanh)(x);
 }
 
 /* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
@@ -113,8 +113,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
     SPRINGLS__W(turn) turn;
     turn.some = angle >= 1e-7f;
     turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
-    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
-    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    turn.sine = SPRINGLS__W(sinpi)(angle * SPRINGLS__OVER_PI);
+    turn.cosine = SPRINGLS__W(cospi)(angle * SPRINGLS__OVER_PI);
     return turn;
 }
 

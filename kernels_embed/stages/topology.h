@@ -10,7 +10,7 @@
 
 SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
 
-/* Spread a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
+/* Spreads a mask by one voxel along +-x, +-y or +-z; bits that leave the block are lost. */
 SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
 {
     return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;

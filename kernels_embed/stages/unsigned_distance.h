@@ -28,8 +28,7 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
-
-/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
+/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
@@ -41,7 +40,7 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     uint32_t k;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all have read whether it is */
+    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
@@ -54,12 +53,12 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
                 if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
 }
 

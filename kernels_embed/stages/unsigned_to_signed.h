@@ -1,5 +1,5 @@
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */
 #ifndef SPRINGLS__KERNEL_STAGES_UNSIGNED_TO_SIGNED_H
 #define SPRINGLS__KERNEL_STAGES_UNSIGNED_TO_SIGNED_H
 
@@ -10,7 +10,7 @@
 /* Blocks closer than this to a springl stop the background. */
 #define SPRINGLS__SHELL 1.5f
 
-/* Of a brick. */
+/* States of a brick. */
 #define SPRINGLS__OPEN 0
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
@@ -35,7 +35,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+/* Makes a block of step^3 bricks background; false when one of them is blocked. */
 SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
@@ -81,7 +81,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
+   -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
@@ -91,7 +92,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)args;
     (void)memory;
-    SPRINGLS__BARRIER; /* all know the slot */
+    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */
     if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
     for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
@@ -102,7 +103,7 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
-/* Is the background beside a block of b^3 voxels? */
+/* Returns true when the background is beside a block of b^3 voxels. */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
     return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
@@ -175,7 +176,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-/* Voxels that springls are near take the side of the nearest ones. */
+/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *side)
 {
@@ -223,7 +224,7 @@ SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
-/* The side becomes the sign of the distance. */
+/* Makes phi of active brick i a distance: omega with the sign of phi. */
 SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {

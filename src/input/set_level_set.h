@@ -29,7 +29,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 }
 
 /* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
@@ -69,10 +69,9 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
         for (i = 0; i < count; i++) {
-            int brick = begin + i;
-            points[i].x = 8.0f * (float)(brick % g->bricks[0]) + 3.5f;
-            points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
-            points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
+            int origin[3];
+            springls__brick_origin(g, begin + i, origin);
+            points[i] = springls__v3_make((float)origin[0] + 3.5f, (float)origin[1] + 3.5f, (float)origin[2] + 3.5f);
         }
         springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
@@ -119,14 +118,14 @@ SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx
     return springls__grid_add_bricks(ctx, list, n);
 }
 
-/* Evaluates the distance at the voxels of all active bricks, in sixteen parts, and reports progress after each. */
+/* Evaluates the distance at the voxels of all active bricks, in sixteen pieces, and reports progress after each. */
 SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx, springls__distance_job *job)
 {
     const springls__grid *g = &ctx->model.grid;
-    const int part = g->active_count / 16 + 1;
+    const int piece = g->active_count / 16 + 1;
     int i, n, v;
-    for (i = 0; i < g->active_count; i += part) {
-        n = springls__imin(part, g->active_count - i);
+    for (i = 0; i < g->active_count; i += piece) {
+        n = springls__imin(piece, g->active_count - i);
         job->active = g->active + i;
         springls__parallel(ctx, n, 2, springls__voxel_task, job);
         if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
@@ -216,9 +215,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     for (brick = 0; brick < bricks; brick++) {
         int at[3], inside, total;
         bool at_border = false;
-        at[0] = brick % b[0];
-        at[1] = brick / b[0] % b[1];
-        at[2] = brick / (b[0] * b[1]);
+        springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
@@ -305,7 +302,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* Moves a point near the zero level of phi onto it, by three Newton steps along the gradient of at most half a voxel each. */
+/* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
@@ -384,7 +381,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                               "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 /* ---- public calls ---- */
@@ -501,7 +498,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
     return SPRINGLS_OK;
 }
@@ -555,7 +552,7 @@ SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, cons
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     }
-    return springls__adopt_reference(ctx);
+    return springls__make_original(ctx);
 }
 
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,

@@ -390,7 +390,8 @@ SPRINGLS__FN springls_status springls__mesh_fill_holes(springls_context *ctx)
 
 /* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the
    model is left unfinished. */
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
+                                                          bool balanced)
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
@@ -404,7 +405,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__make_original(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -479,7 +480,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
+    status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");

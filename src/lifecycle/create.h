@@ -58,7 +58,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 }
 
 /* Copies a checked description, with its defaults filled in. */
-SPRINGLS__FN void springls__adopt_desc(springls_context *ctx, const springls_desc *desc)
+SPRINGLS__FN void springls__copy_desc(springls_context *ctx, const springls_desc *desc)
 {
     ctx->desc = *desc;
     ctx->desc.params = NULL;
@@ -81,7 +81,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     memset(&made, 0, sizeof made);
     fault = springls__desc_fault(desc, &made);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
-    springls__adopt_desc(&made, desc);
+    springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
     if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
     *ctx = made;
@@ -128,7 +128,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
-    springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
+    springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
@@ -162,7 +162,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* x*x - y by two roundings differs from one fused operation exactly when the compiler contracts. */
+/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
     volatile float x = 1.0f + 1.0f / 4096.0f;

@@ -1,11 +1,10 @@
-/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend within
-   a cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+/* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
    triangle does not widen every search. */
 #ifndef SPRINGLS__MODEL_CELL_LIST_H
 #define SPRINGLS__MODEL_CELL_LIST_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "grid.h"

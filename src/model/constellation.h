@@ -3,7 +3,6 @@
 #define SPRINGLS__MODEL_CONSTELLATION_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 
@@ -57,7 +56,7 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
 }
 
-/* Returns the largest displacement of a particle since then, in voxels. */
+/* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));

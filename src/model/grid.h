@@ -4,7 +4,6 @@
 
 #include "../runtime/algorithms.h"
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 

@@ -7,7 +7,7 @@
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge one way as the other: the winding number is whole */
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
     float band;    /* where phi is clamped, voxels */
 } springls__mesh_distance;
 
@@ -64,8 +64,10 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
     bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
     bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
+    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
     int i, guess = -1;
+    if (voxels) search = m->band + 3.0f;
+    else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
         bool computed = false;

@@ -5,6 +5,7 @@
 #include "../../kernels_embed/language/vector.h"
 #include "../runtime/algorithms.h"
 
+/* Holds measures, in the units of the positions, and counts. */
 typedef struct springls__mesh_report {
     double volume;             /* by the divergence theorem, positive when wound outwards; meaningless with
                                   unbalanced edges                                                              */
@@ -15,9 +16,9 @@ typedef struct springls__mesh_report {
     int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
     int components;            /* connected through shared vertices                                             */
     int boundary_edges;        /* used by one triangle                                                          */
-    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
+    int misoriented_edges;     /* used by two triangles that run along it in the same direction                */
     int nonmanifold_edges;     /* used by three or more                                                         */
-    int unbalanced_edges;      /* run along unequally often each way; none: the mesh has an inside              */
+    int unbalanced_edges;      /* used more often in one direction; none: the mesh has an inside                */
     int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
     int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
 } springls__mesh_report;
@@ -35,14 +36,17 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
     return true;
 }
 
-/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
+/* Returns whether two of the three vertices are the same. */
+SPRINGLS__FN bool springls__mesh_repeats(const int32_t v[3]) { return v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; }
+
+/* Adds the area of one triangle and six times its volume about the center; counts it as degenerate when it has no area. */
 SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
-                                     const double centre[3])
+                                     const double center[3])
 {
     double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
     int i, c;
     for (i = 0; i < 3; ++i)
-        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
+        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - center[c];
     for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
     for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
     for (i = 0; i < 3; ++i) {
@@ -55,49 +59,60 @@ SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float 
     report->volume += p[0][0] * x[0] + p[0][1] * x[1] + p[0][2] * x[2];
 }
 
-/* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
-SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
+/* Returns a sorting key of the half-edge from a to b: lower vertex << 32 | higher vertex << 1 | 1 when a is the higher. */
+SPRINGLS__FN uint64_t springls__half_edge_key(int32_t a, int32_t b)
+{
+    uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
+    return low << 32 | high << 1 | (uint64_t)(a > b);
+}
+
+/* Counts the edges by their sorted half-edge keys. */
+SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *half_edges, size_t count)
 {
     size_t i = 0;
     while (i < count) {
-        uint64_t edge = sides[i] >> 1;
-        int ways[2] = { 0, 0 };
-        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
+        uint64_t edge = half_edges[i] >> 1;
+        int upward = 0, downward = 0; /* half-edges from the lower vertex to the higher, and back */
+        for (; i < count && half_edges[i] >> 1 == edge; ++i)
+            if (half_edges[i] & 1) ++downward;
+            else ++upward;
         ++report->edges;
-        report->boundary_edges += ways[0] + ways[1] == 1;
-        report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
-        report->nonmanifold_edges += ways[0] + ways[1] > 2;
-        report->unbalanced_edges += ways[0] != ways[1];
+        report->boundary_edges += upward + downward == 1;
+        report->misoriented_edges += upward + downward == 2 && upward != 1;
+        report->nonmanifold_edges += upward + downward > 2;
+        report->unbalanced_edges += upward != downward;
     }
 }
 
-/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
-   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
-SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
-                                         uint64_t *sides, springls__mesh_report *report)
+/* Enters a vertex when it is first used: as a component of its own, and into the bounds. */
+SPRINGLS__FN void springls__mesh_use_vertex(springls__mesh_report *report, const float *positions, int32_t *parent, int32_t a)
 {
-    size_t side_count = 0;
-    double centre[3];
+    int c;
+    if (parent[a] >= 0) return;
+    parent[a] = a;
+    for (c = 0; c < 3; ++c) {
+        float x = positions[3 * (size_t)a + (size_t)c];
+        report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
+        report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
+    }
+    ++report->vertices;
+}
+
+/* Counts the triangles and their vertices, joins the components, and lists the half-edges. Returns the number of these. */
+SPRINGLS__FN size_t springls__mesh_count(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *half_edges, springls__mesh_report *report)
+{
+    size_t count = 0;
     int32_t v[3], i;
-    int t, c;
-    memset(report, 0, sizeof *report);
+    int t;
     for (i = 0; i < n; ++i) parent[i] = -1;
     for (t = 0; t < m; ++t) {
         if (!springls__mesh_triangle(positions, n, triangles, t, v)) { ++report->invalid_triangles; continue; }
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) { ++report->degenerate_triangles; continue; }
+        if (springls__mesh_repeats(v)) { ++report->degenerate_triangles; continue; }
         ++report->triangles;
         for (i = 0; i < 3; ++i) {
-            int32_t a = v[i], b = v[(i + 1) % 3];
-            uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
-            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
-            if (parent[a] >= 0) continue;
-            parent[a] = a;
-            for (c = 0; c < 3; ++c) {
-                float x = positions[3 * (size_t)a + (size_t)c];
-                report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
-                report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
-            }
-            ++report->vertices;
+            half_edges[count++] = springls__half_edge_key(v[i], v[(i + 1) % 3]);
+            springls__mesh_use_vertex(report, positions, parent, v[i]);
         }
         for (i = 1; i < 3; ++i) {
             int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
@@ -105,13 +120,27 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
         }
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
-    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
+    return count;
+}
+
+/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums in index order in double precision: the same mesh
+   gives the same bits. parent: n and half_edges: 3 m entries of working memory. */
+SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *half_edges, springls__mesh_report *report)
+{
+    size_t count;
+    double center[3];
+    int32_t v[3];
+    int t, c;
+    memset(report, 0, sizeof *report);
+    count = springls__mesh_count(positions, n, triangles, m, parent, half_edges, report);
+    for (c = 0; c < 3; ++c) center[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
     for (t = 0; t < m; ++t)
-        if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
-            springls__mesh_add(report, positions, v, centre);
+        if (springls__mesh_triangle(positions, n, triangles, t, v) && !springls__mesh_repeats(v))
+            springls__mesh_add(report, positions, v, center);
     report->volume /= 6.0;
-    springls__sort_keys(sides, side_count);
-    springls__mesh_count_edges(report, sides, side_count);
+    springls__sort_keys(half_edges, count);
+    springls__mesh_count_edges(report, half_edges, count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
 

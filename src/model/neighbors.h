@@ -3,7 +3,6 @@
 #define SPRINGLS__MODEL_NEIGHBORS_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/launch.h"
 #include "../runtime/resumable.h"
 #include "cell_list.h"
 

@@ -14,6 +14,12 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
+/* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
 /* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns false when size, spacing
    or direction give none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
@@ -25,7 +31,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
     for (row = 0; row < 3; row++) {
         if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
         for (column = 0; column < 3; column++) {
-            double direction = no_direction ? (row == column ? 1.0 : 0.0) : grid->direction[3 * row + column];
+            double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
             if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
         }
@@ -33,7 +39,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
         for (column = 0; column < 4; column++)
             if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
     }
-    det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+    det = springls__determinant(m);
     if (!(det > 1e-30 || det < -1e-30)) return false;
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
@@ -53,8 +59,7 @@ SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, doubl
 /* Returns true when the direction matrix has a negative determinant: triangles then change their orientation in the world. */
 SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
 {
-    const double *m = ctx->to_world;
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
+    return springls__determinant(ctx->to_world) < 0.0;
 }
 
 /* Returns the unit normal in the world of a surface with normal n in voxels: by the transpose of world -> voxel. */
@@ -103,7 +108,7 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
-/* Clamps far outside any model, so that squares of distances stay finite. */
+/* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];

@@ -5,8 +5,8 @@
 #include "../../kernels_embed/language/winding.h"
 #include "bvh.h"
 
-/* One triangle of a leaf, or one child of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_part(const springls__surface *surface, const springls__bvh_node *node, int i)
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
 {
     springls__dipole d;
     springls__tri t;
@@ -39,10 +39,10 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
         springls__dipole *d = &surface->dipoles[n];
         memset(d, 0, sizeof *d);
         for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole part = springls__dipole_part(surface, node, i);
-            d->area = springls__add(d->area, part.area);
-            d->center = springls__mad(d->center, part.center, part.weight);
-            d->weight += part.weight;
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
         }
         if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
         else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);

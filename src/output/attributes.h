@@ -1,9 +1,8 @@
-/* attributes.h - calls that add, set and read attributes, and where springls come from. */
+/* attributes.h - adds, sets and reads attributes, and the provenance of springls. */
 #ifndef SPRINGLS__OUTPUT_ATTRIBUTES_H
 #define SPRINGLS__OUTPUT_ATTRIBUTES_H
 
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/attribute_values.h"
@@ -13,7 +12,7 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 
-/* The attribute of a number; NULL, and the reason, where there is none. */
+/* Returns an attribute by its number; NULL, after reporting the error, when there is none. */
 SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
 {
     if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
@@ -21,15 +20,16 @@ SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, 
     return NULL;
 }
 
+/* Fails, and reports why, when an attribute cannot be added. */
 SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, const springls_attribute_desc *desc)
 {
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
     if (length == 0 || length > SPRINGLS_MAX_NAME_LENGTH)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the name must have 1 to %d characters", call,
                               SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is already one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
                               SPRINGLS_MAX_CHANNELS);
@@ -40,6 +40,7 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
+/* Copies the values of all springls into an attribute; NULL: zeros. */
 SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attribute *attribute, const float *values)
 {
     size_t bytes = (size_t)ctx->model.set.count * (size_t)attribute->channels * sizeof *values;
@@ -47,6 +48,7 @@ SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attr
     else memset(attribute->values.data, 0, bytes);
 }
 
+/* Fails when one of `count` values is not finite; NULL is accepted. */
 SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, const float *values, size_t count, const char *call)
 {
     size_t i;
@@ -148,6 +150,7 @@ typedef struct springls__mesh_attribute_job {
     float *out;
 } springls__mesh_attribute_job;
 
+/* Interpolates the attribute at the vertices of a mesh. */
 SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
 {
     const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
@@ -156,10 +159,11 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
-                                             springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
+        springls__v3 x = springls__world_to_model(ctx, job->mesh->positions + v);
+        springls__v3 a = springls__world_to_voxel(ctx, job->mesh->correspondences + v);
+        springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, x, n, a, 1.0f);
         springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
-                            job->out + (size_t)begin * (size_t)job->attribute->channels);
+                                    job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }
 

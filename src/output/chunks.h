@@ -198,7 +198,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
 }
 
 /* Marks as dirty the bricks whose mesh depends on what has changed in entry i of the list. */
-SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
 {
     int origin[3], at[3], d;
     springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
@@ -359,9 +359,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
     for (i = n = 0; i < bricks; i++) {
         if (!c->dirty[i]) continue;
-        c->chunk[n].brick[0] = i % g->bricks[0];
-        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
-        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+        springls__brick_place(g, i, c->chunk[n++].brick);
     }
     *count = n;
     return SPRINGLS_OK;
@@ -414,7 +412,7 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__publish_task, &job);
-    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    for (i = 0; i < listed; i++) springls__mark_affected(c, i);
     if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
     springls__drop_published_bricks(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));

@@ -1,4 +1,4 @@
-/* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
+/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
 #ifndef SPRINGLS__OUTPUT_ISOSURFACE_H
 #define SPRINGLS__OUTPUT_ISOSURFACE_H
 
@@ -15,12 +15,13 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 
-/* Welded marching cubes: voxel positions and triangles. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions;
     int *triangles, vertex_count, triangle_count;
 } springls__raw_mesh;
 
+/* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
@@ -43,11 +44,12 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     mesh->triangles = springls__surface_corners(&ctx->model);
     args.surface.triangles = mesh->triangle_count;
     springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions), (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
+                                  (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
 }
 
-/* The arrays of a mesh, in one block. */
+/* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
 SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int vertices, int triangles, springls_mesh *mesh)
 {
     size_t v = (size_t)vertices, t = (size_t)triangles;
@@ -70,7 +72,7 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     return SPRINGLS_OK;
 }
 
-/* Triangles stay counter-clockwise seen from outside in a mirrored world. */
+/* Turns the triangles in a mirrored world, so that they are counter-clockwise seen from outside. */
 SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
 {
     int t;
@@ -82,12 +84,12 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
+typedef struct springls__vertex_data_job { springls_context *ctx; springls_mesh *mesh; } springls__vertex_data_job;
 
-/* What the kernel of this name has found for each vertex, in the world. */
+/* Converts what the kernel attach_vertex_data has computed to the world, and copies it to the mesh. */
 SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
-    const springls__dress_job *job = (const springls__dress_job *)arg;
+    const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
         springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
@@ -98,10 +100,11 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     }
 }
 
+/* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
-    springls__dress_job job;
+    springls__vertex_data_job job;
     size_t vertices;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -132,7 +135,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
-    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
     return status;
 }
 
@@ -142,7 +145,8 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
+    if (ctx->model.set.count > INT32_MAX / 3)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));

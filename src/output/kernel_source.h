@@ -1,6 +1,6 @@
-/* kernel_source.h - the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
-   kernels_embed/embed.c puts the text in the place of the comment below, one literal a line: no compiler limits the
-   length of that. Read as a part, without springls.h, there is none: then the text is empty. */
+/* kernel_source.h - holds the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
+   kernels_embed/embed.c replaces the comment below by the text, one string literal a line, because compilers limit the length
+   of a literal. When this file is included without springls.h, the text is empty. */
 #ifndef SPRINGLS__OUTPUT_KERNEL_SOURCE_H
 #define SPRINGLS__OUTPUT_KERNEL_SOURCE_H
 
@@ -8,7 +8,7 @@
 
 static const char *const springls__kernel_lines[] = {
     /* SPRINGLS__EMBED_KERNELS */
-    ""   /* counts as no line: it is here so that the list is never empty */
+    ""   /* not counted: the array must not be empty */
 };
 
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)

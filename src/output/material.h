@@ -1,11 +1,10 @@
-/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of
-   them does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+/* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
+   springls and of the vertices of extracted meshes. */
 #ifndef SPRINGLS__OUTPUT_MATERIAL_H
 #define SPRINGLS__OUTPUT_MATERIAL_H
 
 #include "../runtime/algorithms.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/attribute_values.h"
@@ -15,7 +14,7 @@
 #include "../model/transform.h"
 #include "query.h"
 
-/* The place on the original that is closest to a, as numbered in the mesh given. */
+/* Converts a hit on the original surface to the numbering of the caller's mesh. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
 {
     springls_material out;
@@ -28,7 +27,8 @@ SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx
 typedef struct springls__material_job {
     const springls_context *ctx;
     const springls_mesh *mesh;
-    const int *neighbors, *inner; /* inner: of a triangle of the mesh given, its number in ctx->original; -1: dropped */
+    const int *neighbors;  /* [3 * caller's triangle] the triangle across each edge; -1: a seam      */
+    const int *inner;      /* [caller's triangle] its number in ctx->original; -1: dropped; NULL: the same numbers */
     springls_material *out;
 } springls__material_job;
 
@@ -44,6 +44,7 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
     }
 }
 
+/* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
 {
     return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
@@ -99,8 +100,8 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
 
 enum { SPRINGLS__PATCH = 256 };
 
-/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through
-   triangles within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+/* Finds the closest place to each of three points on the part of the original surface that can be reached from triangle `start`
+   without crossing a seam, through triangles within r of x (voxels). Searches breadth first, at most PATCH triangles. */
 SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
                                              const springls__v3 points[3], springls__surface_hit best[3])
 {
@@ -131,6 +132,7 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     }
 }
 
+/* Finds the places of the corners of triangles on the side of every seam on which the place of their centroid lies. */
 SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
@@ -141,19 +143,20 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
         springls__v3 points[3], x;
         springls_material start;
         float r = 0.0f;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job,
-                                                                          job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        const int *triangle = job->mesh->triangles + 3 * (size_t)begin;
+        springls_material *out = job->out + 3 * (size_t)begin;
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
         x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
         center = springls__surface_closest(surface, x, FLT_MAX);
         start = springls__material_of(job->ctx, &center);
         for (k = 0; k < 3; k++) {
-            job->out[3 * (size_t)begin + (size_t)k] = start;
+            out[k] = start;
             r = springls__max(r, springls__length(springls__sub(points[k], x)));
         }
         if (start.triangle < 0) continue;
         r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
         springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
-        for (k = 0; k < 3; k++) job->out[3 * (size_t)begin + (size_t)k] = springls__material_of(job->ctx, &corner[k]);
+        for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
     }
 }
 
@@ -170,7 +173,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbor %d of %d", i / 3,
                                   neighbors[i], given);
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
@@ -191,7 +194,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
 
 /* ---- seams ---- */
 
-/* The triangles' corners by position and values: corners that agree in both are one, and get its number. */
+/* Holds a search for corners that agree in position and values. first: [corner] the first corner that agrees with it. */
 typedef struct springls__seam_search {
     const float *positions, *values;
     const int *triangles;
@@ -207,11 +210,12 @@ SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, i
     int c;
     if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
     for (c = 0; c < s->channels; c++)
-        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels
-            + (size_t)c]) return false;
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c])
+            return false;
     return true;
 }
 
+/* Allocates the search's memory and writes s->first. */
 SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
 {
     size_t size = springls__table_size((size_t)corners), slot;
@@ -224,7 +228,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
         slot = springls__hash3(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
-                                   springls__float_bits(p[2] + 0.0f)) & (size - 1);
+                               springls__float_bits(p[2] + 0.0f)) & (size - 1); /* + 0: -0 and 0 agree */
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
         s->first[i] = table[slot];
@@ -232,7 +236,7 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
-/* Half-edges by their two ends, whichever way they run: the second of a pair is the first one's neighbour, a third has none. */
+/* Writes the neighbors: pairs half-edges with the same two ends, in either direction; a third one has no neighbor. */
 SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, int *neighbors)
 {
     size_t size = springls__table_size((size_t)corners), slot;
@@ -293,10 +297,10 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     return status;
 }
 
-/* ---- values at places ---- */
+/* ---- values at material coordinates ---- */
 
-SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
-                                             const int *triangles, int triangle_count, float *out)
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values,
+                                                           int channels, const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;
     if (count < 0 || channels < 1 || triangle_count < 0

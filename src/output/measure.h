@@ -1,11 +1,10 @@
-/* measure.h - volume, area and topology of the zero level; statistics; the state hash. */
+/* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 #ifndef SPRINGLS__OUTPUT_MEASURE_H
 #define SPRINGLS__OUTPUT_MEASURE_H
 
 #include "../runtime/algorithms.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/residency.h"
 #include "../model/host_access.h"
 #include "../model/mesh_measure.h"
@@ -24,11 +23,11 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_sides, (size_t)raw.triangle_count * 3));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
     springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
     springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count,
-                           springls__mesh_parent(&ctx->model), springls__mesh_sides(&ctx->model), &report);
+                           springls__mesh_parent(&ctx->model), springls__mesh_half_edges(&ctx->model), &report);
     out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
     out->area = report.area;
     memcpy(out->lower, report.lo, sizeof out->lower);
@@ -60,7 +59,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
-    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order; voxels of the domain only */
         int slot = ctx->model.grid.active[i], o[3];
         springls__slot_origin(&ctx->model.grid, slot, o);
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));

@@ -1,4 +1,4 @@
-/* query.h - questions about the model, in world coordinates, in batches. */
+/* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
 #ifndef SPRINGLS__OUTPUT_QUERY_H
 #define SPRINGLS__OUTPUT_QUERY_H
 
@@ -10,7 +10,7 @@
 #include "../model/springl_surface.h"
 #include "../model/transform.h"
 
-/* Points are refused rather than searched for when they are not finite. */
+/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
@@ -34,6 +34,7 @@ typedef struct springls__field_query {
     uint8_t *inside;
 } springls__field_query;
 
+/* Samples phi in world units, or where it is negative. */
 SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
@@ -89,11 +90,11 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 
 /* ---- material coordinates ---- */
 
-/* Least squares for the affine map p -> a around a place x of the model: a(x + r) = c + A r. The unknowns of each
-   coordinate of a are (c, A's row); `normal` and `normal_a` are the model's and the original's unit normals there: where
-   the neighbours lie in a plane, A is taken to map one to the other. Exact for models that moved rigidly. */
+/* Holds the normal equations of a least-squares fit of the affine map p -> a around a place x of the model,
+   a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
 typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
 
+/* Adds the equation a(x + r) = a. */
 SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
 {
     double row[4], value[3];
@@ -108,7 +109,7 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
     fit->count++;
 }
 
-/* A * normal = normal_a, as one more equation of the given weight. */
+/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
 SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
 {
     double row[4], value[3];
@@ -121,11 +122,12 @@ SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springl
     }
 }
 
-/* Solves for c by elimination without pivoting (the matrix is symmetric and positive). False when it is nearly singular. */
+/* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
+   singular. */
 SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls__v3 *c)
 {
     int order[4], i, j, k;
-    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c last: it is then the first to be known */
+    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c is eliminated last, and needs no back substitution */
     for (i = 0; i < 3; i++) {
         int p = order[i];
         if (!(fit->m[p][p] > 1e-4 * fit->weight)) return false;
@@ -142,8 +144,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
     return true;
 }
 
-/* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
-   any other has its one correspondence. */
+/* Returns the place on the original surface of place x of a springl that has too few neighbors for a fit: the same barycentric
+   coordinates in the triangle `own` that an original springl came from; the correspondence of any other. Voxels. */
 SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
@@ -156,8 +158,8 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
     return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
 }
 
-/* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
-   around it that face the same side. `own` is the original triangle at the springl's correspondence. */
+/* Returns the place near the original surface of place x of a springl, voxels: the affine map fitted to the springls around it
+   that face the same way. own: the original triangle at the springl's correspondence. */
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
@@ -174,7 +176,7 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
         float d2 = springls__length2(r) / (radius * radius), apart;
         if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
         apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        if (apart > 16.0f * radius * radius) continue; /* from another part of the original */
         springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
@@ -184,7 +186,7 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     return springls__own_correspondence(ctx, springl, x, own);
 }
 
-/* The triangle and barycentric coordinates in the mesh as it was given. */
+/* Converts a hit on the original surface to triangle and barycentric coordinates of the caller's mesh. */
 SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
                                       float bary[3])
 {
@@ -195,7 +197,7 @@ SPRINGLS__FN void springls__source_of(const springls__surface *surface, const sp
     bary[2] = h->hit.bary[source & 1 ? 1 : 2];
 }
 
-/* The material point of place x (voxels) of a springl: triangle -1 when there is no original surface. */
+/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. */
 SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
 {
     springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
@@ -214,7 +216,7 @@ typedef struct springls__hit_query {
     springls_hit *out;
 } springls__hit_query;
 
-/* distance: model units. */
+/* Converts a hit on the springls to the public form. distance: model units. */
 SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
                                      springls_hit *out)
 {
@@ -239,6 +241,7 @@ SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls
     springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
 }
 
+/* Finds closest points; each search begins at the triangle of the last one. */
 SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;

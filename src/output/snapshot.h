@@ -1,13 +1,11 @@
-/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
-   (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
-   bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
-   there, before the model changes. */
+/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes: a head, a struct of numbers, and
+   arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
+   their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
 #ifndef SPRINGLS__OUTPUT_SNAPSHOT_H
 #define SPRINGLS__OUTPUT_SNAPSHOT_H
 
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/memory.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -21,18 +19,20 @@
 
 typedef struct springls__snapshot_head {
     char magic[8];
-    uint32_t version, order;  /* order of bytes */
-    uint64_t size, checksum;  /* of the block, and of all behind this head */
+    uint32_t version, byte_order;
+    uint64_t size, checksum;  /* bytes of the block; checksum of all after this head */
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
+/* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
+/* Holds the numbers of a model and the sizes of its arrays. */
 typedef struct springls__snapshot_state {
     double to_world[12], time;
     uint64_t reference_stamp;
@@ -46,15 +46,15 @@ typedef struct springls__snapshot_state {
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
 } springls__snapshot_state;
 
-/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+/* Lists the arrays in their order. A new array of the springls extends the first of them (SPRINGLS__ARRAYS). */
 typedef enum springls__section {
-    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_SET, /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
-    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_LOCKED,
-    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
@@ -63,11 +63,12 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Where each section begins; the last number: where the block ends. */
+/* Holds the offset of each section, bytes; the last one is the size of the block. Sections begin at multiples of 8. */
 typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
 
 SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
 
+/* Returns the bytes of a section without padding; 0 when the snapshot has none. */
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
     const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
@@ -103,7 +104,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     return layout;
 }
 
-/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+/* Computes a checksum in four independent chains of 8-byte words. A change of any one word changes the result. */
 SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
 {
     const uint64_t prime = 1099511628211u;
@@ -126,8 +127,9 @@ SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t
     return chain[0];
 }
 
-/* ---- out ---- */
+/* ---- writing ---- */
 
+/* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
 {
     int i, n = 0, bricks = (int)springls__brick_count(g);
@@ -135,7 +137,8 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     return n;
 }
 
-/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+/* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
+   be restored only where it is the same. */
 SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.reference;
@@ -157,6 +160,7 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
     return ctx->reference_stamp = stamp | 1u;
 }
 
+/* Fills the struct of numbers from the model. */
 SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
 {
     int i;
@@ -198,16 +202,15 @@ SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int s
     if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
 }
 
-/* Sides, numbers and values of a grid's bricks. */
+/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
 SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
 {
     const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    char *side = out + layout->at[sides], *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
     int i, bricks = (int)springls__brick_count(g);
+    memset(side, 0, (size_t)springls__side_bytes(g));
     for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE)
-            out[layout->at[sides] + (uint64_t)(i >> 3)] =
-                (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         memcpy(numbers, &i, sizeof i);
         memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
@@ -216,43 +219,56 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
+/* Writes the reference level set and the original surface. */
+SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+    springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+}
+
+/* Writes the head of a block that is complete but for it. */
+SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
+{
+    springls__snapshot_head head;
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.byte_order = SPRINGLS__BYTE_ORDER;
+    head.size = size;
+    head.checksum = springls__checksum(size, out + sizeof head, (size_t)(size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+/* Writes the block, layout->at[SPRINGLS__SECTIONS] bytes. */
 SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
                                            const springls__layout *layout, char *out)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__snapshot_head head;
+    const size_t head = sizeof(springls__snapshot_head);
     int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* padding */
         uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
         memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
     }
-    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
-    memcpy(out + sizeof head, s, sizeof *s);
+    memset(out + head, 0, (size_t)(layout->at[0] - head));
+    memcpy(out + head, s, sizeof *s);
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) {
-        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
-                      springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
-    }
-    memset(&head, 0, sizeof head);
-    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
-    head.version = SPRINGLS__SNAPSHOT_VERSION;
-    head.order = SPRINGLS__BYTE_ORDER;
-    head.size = layout->at[SPRINGLS__SECTIONS];
-    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
-    memcpy(out, &head, sizeof head);
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__put_reference(ctx, s, layout, out);
+    springls__put_head(out, layout->at[SPRINGLS__SECTIONS]);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -272,15 +288,15 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (room < *size)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
                               (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }
 
-/* ---- what may be believed ---- */
+/* ---- checking ---- */
 
-/* Element i of a section, wherever it lies in memory. */
+/* Returns element i of a section, which need not be aligned. */
 SPRINGLS__FN int springls__int_at(const char *data, size_t i)
 {
     int value;
@@ -288,6 +304,7 @@ SPRINGLS__FN int springls__int_at(const char *data, size_t i)
     return value;
 }
 
+/* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
 {
     uint64_t i;
@@ -299,7 +316,7 @@ SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
     return !bad;
 }
 
-/* All of them from low to high. */
+/* Returns whether all ints lie in [low, high]. */
 SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
 {
     uint64_t i;
@@ -311,6 +328,7 @@ SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int lo
     return good;
 }
 
+/* Returns whether all bytes are 0 or 1. */
 SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
 {
     uint64_t i;
@@ -319,7 +337,7 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Bricks ascend; none is said to be constant as well. */
+/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
 SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
 {
     int i, last = -1;
@@ -331,6 +349,7 @@ SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, 
     return true;
 }
 
+/* Returns whether an attribute has a name of its own and valid members. */
 SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
 {
     const springls__attribute_entry *a = &s->attribute[row];
@@ -343,23 +362,29 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
         && springls__policy_known((springls_policy)a->merge);
 }
 
-/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+/* Returns whether each number alone, and those that depend on each other, can be those of a model. */
+SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
+{
+    const int furthest = INT32_MAX / 2; /* counters that will grow */
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return false;
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
+    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
+    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
+    if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
+    return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
+}
+
+/* Returns why the numbers cannot be those of a model of this context, as the end of "the block is ..."; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
-    const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
-    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
-    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return "damaged";
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
-    if (s->locked < 0 || s->original < 0) return "damaged";
-    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
-    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
-    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    if (!springls__numbers_in_range(s)) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
@@ -367,71 +392,97 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
-                                        const springls__layout *layout, const char *block)
+/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
+SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
-    bool good = true;
-    int i;
-    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
-        const char *data = block + layout->at[i];
-        uint64_t bytes = springls__section_bytes(g, s, i);
-        if (i < SPRINGLS__SECTION_NEIGHBORS) {
-            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
-            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
-            if (i == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
-        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
-        else if (i == SPRINGLS__SECTION_BRICKS)
-            good =
-                good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes)
-            good = good
-                && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks,
-                                         springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_SOURCE)
-            good = good
-                && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
-        else if (i >= SPRINGLS__SECTION_VALUES && i < SPRINGLS__SECTION_REFERENCE_SIDES)
-            continue; /* attributes: sums of SPRINGLS_POLICY_SHARE may have left the floats, and nothing is decided by them */
-        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
-                 && i != SPRINGLS__SECTION_LOCKED)
-            good = good && springls__all_finite(data, bytes);
-    }
-    for (i = 0; i < s->locked; i++) {
-        double volume;
-        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
-        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
-    }
-    return good;
+    if (floats >> array & 1u) return springls__all_finite(data, bytes);
+    if (flags >> array & 1u) return springls__all_flags(data, bytes);
+    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
+    return true;
 }
 
-/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+/* Returns whether the locked volumes are finite. */
+SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+{
+    double volume;
+    uint64_t i;
+    for (i = 0; i < bytes; i += sizeof volume) {
+        memcpy(&volume, data + i, sizeof volume);
+        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    }
+    return true;
+}
+
+/* Returns whether a section has valid elements. */
+SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
+                                         const springls__layout *layout, const char *block, int section)
+{
+    const char *data = block + layout->at[section];
+    const uint64_t bytes = springls__section_bytes(g, s, section);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
+        return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, -1, 3 * s->count - 1);
+    case SPRINGLS__SECTION_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
+    case SPRINGLS__SECTION_BRICKS:
+        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS:
+        return !bytes
+            || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_SOURCE:
+        return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+    default: return springls__all_finite(data, bytes);
+    }
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
+                                        const springls__layout *layout, const char *block)
+{
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++)
+        if (!springls__section_good(g, s, layout, block, section)) return false;
+    return true;
+}
+
+/* Returns why a block cannot be a snapshot that this machine has written, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size)
+{
+    springls__snapshot_head head;
+    memcpy(&head, block, sizeof head);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) return "no snapshot";
+    if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.byte_order != SPRINGLS__BYTE_ORDER)
+        return "of another version or machine";
+    if (head.size != size) return "not as long as it says";
+    if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) return "damaged";
+    return NULL;
+}
+
+/* Reads the numbers and the layout of a block, and checks all of it. */
 SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
                                                      springls__snapshot_state *s, springls__layout *layout)
 {
-    springls__snapshot_head head;
-    const char *fault = NULL;
-    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    memcpy(&head, block, sizeof head);
-    memcpy(s, block + sizeof head, sizeof *s);
-    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
-    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER)
-        fault = "of another version or machine";
-    else if (head.size != size) fault = "not as long as it says";
-    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
-    else fault = springls__numbers_fault(ctx, s);
+    const springls__grid *g = &ctx->model.grid;
+    const char *fault;
+    if (size < sizeof(springls__snapshot_head) + sizeof *s)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(s, block + sizeof(springls__snapshot_head), sizeof *s);
+    fault = springls__head_fault(block, size);
+    if (!fault) fault = springls__numbers_fault(ctx, s);
     if (!fault) {
-        *layout = springls__layout_of(&ctx->model.grid, s);
-        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block))
-            fault = "damaged";
+        *layout = springls__layout_of(g, s);
+        if (layout->at[SPRINGLS__SECTIONS] != size || !springls__arrays_good(g, s, layout, block)) fault = "damaged";
     }
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
 
-/* ---- in ---- */
+/* ---- restoring ---- */
 
-/* Room for all of it; what is there is kept. */
+/* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
 SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
 {
     springls__surface *original = &ctx->original;
@@ -447,9 +498,8 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
-        size_t used = i < ctx->attribute_count
-            ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float)
-            : 0;
+        size_t used = (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float);
+        if (i >= ctx->attribute_count) used = 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
@@ -461,7 +511,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
 SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
 {
     const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
@@ -474,7 +524,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     g->free_count = 0;
 }
 
-/* The rest of what the model's grid keeps of a brick. */
+/* Initializes what the model's grid keeps of a brick besides phi. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -490,37 +540,47 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
+/* Copies section `section` into memory that is large enough. */
+SPRINGLS__FN void springls__get(void *to, const springls__grid *g, const springls__snapshot_state *s,
+                                const springls__layout *layout, const char *block, int section)
+{
+    uint64_t bytes = springls__section_bytes(g, s, section);
+    if (bytes) memcpy(to, block + layout->at[section], (size_t)bytes);
+}
+
+/* Replaces the attributes by those of the snapshot. */
+SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, const char *block)
+{
+    int i;
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *entry = &s->attribute[i];
+        memcpy(attribute->name, entry->name, sizeof entry->name);
+        attribute->channels = entry->channels;
+        attribute->split = (springls_policy)entry->split;
+        attribute->fill = (springls_policy)entry->fill;
+        attribute->merge = (springls_policy)entry->merge;
+        springls__get(attribute->values.data, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_VALUES + i);
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
 SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
     const springls__grid *g = &ctx->model.grid;
     int i;
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
-        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
-    if (s->has_neighbors && s->count)
-        memcpy(ctx->model.cells.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
-               (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    if (s->locked)
-        memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
-               (size_t)s->locked * sizeof(double));
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
+    springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
+    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
-    for (i = 0; i < s->attributes; i++) {
-        springls__attribute *attribute = &ctx->attributes[i];
-        const springls__attribute_entry *row = &s->attribute[i];
-        memcpy(attribute->name, row->name, sizeof row->name);
-        attribute->channels = row->channels;
-        attribute->split = (springls_policy)row->split;
-        attribute->fill = (springls_policy)row->fill;
-        attribute->merge = (springls_policy)row->merge;
-        if (s->count)
-            memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i],
-                   (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    }
-    ctx->attribute_count = s->attributes;
+    springls__get_attributes(ctx, s, layout, block);
 }
 
-/* The original surface; its hierarchy is built again. */
+/* Copies the reference level set and the original surface, and builds its hierarchy. */
 SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
                                           const springls__layout *layout, const char *block)
 {
@@ -530,13 +590,27 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
-           (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__get(original->points, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
-    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+    springls__get(original->source, &ctx->model.grid, s, layout, block, SPRINGLS__SECTION_SOURCE);
+}
+
+/* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
+SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
+{
+    ctx->model.set.count = s->count;
+    ctx->model.set.at_edges = s->at_edges;
+    ctx->model.set.next_id = s->next_id;
+    ctx->model.set.step = s->step;
+    ctx->time = s->time;
+    ctx->iteration = s->iteration;
+    ctx->stats = s->stats;
+    ctx->locked_count = s->locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s->neighbors_age;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -554,16 +628,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
     if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
-    ctx->model.set.count = s.count;
-    ctx->model.set.at_edges = s.at_edges;
-    ctx->model.set.next_id = s.next_id;
-    ctx->model.set.step = s.step;
-    ctx->time = s.time;
-    ctx->iteration = s.iteration;
-    ctx->stats = s.stats;
-    ctx->locked_count = s.locked;
-    springls__constellation_changed(ctx);
-    ctx->neighbors_age = s.neighbors_age;
+    springls__numbers_take(ctx, &s);
     return SPRINGLS_OK;
 }
 

@@ -1,14 +1,14 @@
-/* read.h - what can be read from a model without computing much: views, coordinates, packed forms, dense copies. */
+/* views.h - reads the springls and the level set: views, packed forms, dense copies. */
 #ifndef SPRINGLS__OUTPUT_VIEWS_H
 #define SPRINGLS__OUTPUT_VIEWS_H
 
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
+/* Returns a view of an array of the springls, after copying it from the device if need be. array: SPRINGLS__BIT of it. */
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
@@ -26,7 +26,8 @@ SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL,
+                          sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
@@ -55,17 +56,15 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
         float *row = out + 16 * (size_t)i;
-        row[0] = s->p.x; row[1] = s->p.y; row[2] = s->p.z;
+        memcpy(row, &s->p, 3 * sizeof *row);
         row[3] = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, s->p);
-        for (m = 0; m < 3; m++) {
-            row[4 * m + 4] = s->q[m].x; row[4 * m + 5] = s->q[m].y; row[4 * m + 6] = s->q[m].z;
-        }
+        for (m = 0; m < 3; m++) memcpy(row + 4 * m + 4, &s->q[m], 3 * sizeof *row);
         row[7] = ctx->model.set.a[i].x; row[11] = ctx->model.set.a[i].y; row[15] = ctx->model.set.a[i].z;
     }
     return SPRINGLS_OK;
 }
 
-/* The radius reaches from the particle to the furthest vertex: the surfels cover what the triangles cover. */
+/* Sets the radius to the distance of the furthest vertex, so that the surfels cover what the triangles cover. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
 {
     int i, m;
@@ -97,7 +96,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
         for (y = 0; y < g->size[1]; y++)
-            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* row by row of a brick */
+            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* one row of a brick */
                 int n = springls__imin(SPRINGLS__BRICK, g->size[0] - x);
                 const float *brick = g->phi + (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
                 memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);

@@ -122,8 +122,8 @@ typedef struct springls__work {
     int phase;              /* the next one: a constant of the stage's enum                                     */
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
-    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
-    springls__pieces loop;  /* that the phase before has ended with                                             */
+    float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
+    springls__pieces loop;  /* the loop that the last phase has ended with                                      */
 } springls__work;
 
 /* The motion of advect: its forces, its numbers, and what has come of it. */
@@ -167,9 +167,9 @@ typedef struct springls__stepping {
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
-    float longest_substep;  /* as the force permits                                                             */
+    float longest_substep;  /* that the force permits                                                           */
     int substeps;           /* so far                                                                           */
-    bool resamples;         /* this sub-step does                                                               */
+    bool resamples;         /* this sub-step contracts and resamples                                            */
     bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
     int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;

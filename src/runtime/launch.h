@@ -116,7 +116,8 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Does so with the first `count` numbers of an array; fails when *total, the sum of all, is more than an int holds. */
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
 {
     uint64_t sum;

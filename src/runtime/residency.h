@@ -6,7 +6,6 @@
 
 #include "arrays.h"
 #include "errors.h"
-#include "kernel_table.h"
 
 /* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
@@ -123,6 +122,5 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
         if (springls__has_array(SPRINGLS__WORK_BITS, array))
             ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
-
 
 #endif

@@ -5,7 +5,6 @@
 #include "../../kernels_embed/stages/advect.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -130,16 +129,15 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion block;
-    int i, m;
+    int i;
     block.largest2 = 0.0f;
     block.moving = 0;
     block.finite = 1;
     for (i = 0; i < count; i++) {
         float d2 = springls__length2(displacement[i].x[0]);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) block.finite = 0;
+        if (!springls__all_finite_movers(displacement[i])) block.finite = 0;
         block.largest2 = springls__max(block.largest2, d2);
-        block.moving += d2 > 1e-4f;
+        block.moving += d2 > SPRINGLS__MOVING2;
     }
     return block;
 }
@@ -150,7 +148,6 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     const springls__v3 *a = motion->ctx->model.set.a + first;
-    const springls__grid *g = &motion->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
@@ -171,10 +168,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     for (i = 0; i < count; i++) {
         springls__v3 *d = motion->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
-                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
-                                          springls__springl_normal(s[i])))
+        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);

@@ -2,7 +2,6 @@
 #ifndef SPRINGLS__STAGES_CONTRACT_H
 #define SPRINGLS__STAGES_CONTRACT_H
 
-#include "../../kernels_embed/stages/contract.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
@@ -18,8 +17,13 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED,
-       SPRINGLS__CONTRACT_REMOVE };
+enum {
+    SPRINGLS__CONTRACT_JUDGE,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_REMOVE
+};
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {

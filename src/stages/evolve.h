@@ -2,7 +2,6 @@
 #ifndef SPRINGLS__STAGES_EVOLVE_H
 #define SPRINGLS__STAGES_EVOLVE_H
 
-#include "../runtime/launch.h"
 #include "../runtime/resumable.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"

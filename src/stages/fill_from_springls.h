@@ -3,8 +3,6 @@
 #ifndef SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
 #define SPRINGLS__STAGES_FILL_FROM_SPRINGLS_H
 
-#include "../../kernels_embed/stages/contract.h"
-#include "../../kernels_embed/stages/fill_from_springls.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"

@@ -5,8 +5,6 @@
 #ifndef SPRINGLS__STAGES_INHERIT_H
 #define SPRINGLS__STAGES_INHERIT_H
 
-#include "../../kernels_embed/stages/contract.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
 #include "../model/attribute_values.h"

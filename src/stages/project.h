@@ -4,7 +4,6 @@
 #ifndef SPRINGLS__STAGES_PROJECT_H
 #define SPRINGLS__STAGES_PROJECT_H
 
-#include "../../kernels_embed/stages/project.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
@@ -35,8 +34,13 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
-enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP,
-       SPRINGLS__PROJECT_SWEPT };
+enum {
+    SPRINGLS__PROJECT_PHI,
+    SPRINGLS__PROJECT_COMMIT,
+    SPRINGLS__PROJECT_NO_SPECKS,
+    SPRINGLS__PROJECT_SWEEP,
+    SPRINGLS__PROJECT_SWEPT
+};
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {

@@ -2,7 +2,6 @@
 #ifndef SPRINGLS__STAGES_RESAMPLE_H
 #define SPRINGLS__STAGES_RESAMPLE_H
 
-#include "../../kernels_embed/stages/resample.h"
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../model/cell_list.h"

@@ -3,7 +3,6 @@
 #define SPRINGLS__STAGES_UNSIGNED_DISTANCE_H
 
 #include "../runtime/arrays.h"
-#include "../runtime/kernel_table.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"

@@ -188,8 +188,14 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE,
-       SPRINGLS__SIGN_SIDES, SPRINGLS__SIGN_COMMIT };
+enum {
+    SPRINGLS__SIGN_OMEGA,
+    SPRINGLS__SIGN_GROW_BRICKS,
+    SPRINGLS__SIGN_GROW_COARSE,
+    SPRINGLS__SIGN_GROW_FINE,
+    SPRINGLS__SIGN_SIDES,
+    SPRINGLS__SIGN_COMMIT
+};
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {

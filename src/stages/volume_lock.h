@@ -85,11 +85,12 @@ SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volum
 {
     int brick, bricks = (int)springls__brick_count(g), d, to[3];
     for (brick = 0; brick < bricks; brick++) {
-        int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
+        int place[3];
         if (g->top[brick] != SPRINGLS__INSIDE) continue;
+        springls__brick_place(g, brick, place);
         for (d = 1; d < 6; d += 2) {
             int beside;
-            springls__voxel_beside(x, y, z, d, to);
+            springls__voxel_beside(place[0], place[1], place[2], d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
             if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);

@@ -1,10 +1,9 @@
-/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
-   those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
-   tell it exactly (project, keep_edges). */
+/* combine.h - computes the union, intersection or difference of two models. The springls of each that bound the result stay, by
+   the side of the other's level set on which they lie. phi is the minimum or maximum of the two; where that has a crease, at
+   the seam, the springls correct it (project, keep_edges). */
 #ifndef SPRINGLS__TOOLS_COMBINE_H
 #define SPRINGLS__TOOLS_COMBINE_H
 
-#include "../../kernels_embed/stages/contract.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
@@ -21,39 +20,45 @@
 #include "../stages/rebuild.h"
 #include "../solver/step.h"
 
-/* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
-typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
+/* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
+   surface, by the direction they face. */
+typedef struct springls__side_rule {
+    const springls__grid *grid;      /* of the other operand                                                       */
+    float sign;
+    bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
+} springls__side_rule;
 
-/* alike, opposite: do springls stay that lie on the other's surface and face the same way, or the other way? */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked, springls_operation operation, bool of_other)
+/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
 {
+    const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
-    rule.asked = &asked->model.grid;
-    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (operation == SPRINGLS_OPERATION_DIFFERENCE && of_other) ? -1.0f : 1.0f;
-    rule.alike = !of_other && operation != SPRINGLS_OPERATION_DIFFERENCE; /* one of the two is enough */
-    rule.opposite = !of_other && operation == SPRINGLS_OPERATION_DIFFERENCE;
+    rule.grid = grid;
+    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
+    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
+    rule.keep_opposite = !second && difference;
     return rule;
 }
 
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f;
-    float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
-    float facing = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->asked, rule->asked->phi, s->p));
-    if (springls__fabs(phi) < on_surface && facing > 0.7f) return rule->alike != 0;
-    if (springls__fabs(phi) < on_surface && facing < -0.7f) return rule->opposite != 0;
+    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
+    float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
+    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
+    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
-/* Corners beyond the seam are drawn in to it, towards the particle. */
+/* Moves the corners of a springl that lie beyond the seam onto it, towards the particle. */
 SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
-    const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
-    float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
+    const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
+    float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
     int m;
-    for (m = 0; m < 3 && here > enough; m++) {
-        float there = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.q[m]);
-        if (there < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], here / (here - there));
+    for (m = 0; m < 3 && phi_p > min_distance; m++) {
+        float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
+        if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
     }
     return springls__springl_finished(s);
 }
@@ -78,6 +83,7 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
@@ -85,40 +91,45 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     int v;
     for (i = 0; i < bricks; i++) {
         float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *its = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *its) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], its[v]);
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
     }
     ctx->omega_fresh = false;
 }
 
-/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals
-   cross, within a voxel, it is less exact. */
+/* Writes the reference level set of the result into `phi`, by slot, and gives the bricks with voxels new slots. Returns their
+   number. Of the two originals' values takes that of smaller size, because tracking uses phi_ref as a distance and not its
+   sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN int springls__merge_references(springls__grid *g, const springls__grid *other, float *phi)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int slots = SPRINGLS__FIRST_SLOT, v;
+    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = 0; i < bricks; i++) {
+        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        float *out = phi + (size_t)slots * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+        g->top[i] = slots++;
+    }
+    return slots;
+}
+
+/* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
     springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
-    size_t i, bricks = springls__brick_count(g);
-    int slots = SPRINGLS__FIRST_SLOT, v;
-    float *phi;
+    size_t i, bricks = springls__brick_count(g), slots = SPRINGLS__FIRST_SLOT;
     memset(&field, 0, sizeof field);
     for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, (size_t)slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    phi = (float *)field.data;
-    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
-    slots = SPRINGLS__FIRST_SLOT;
-    for (i = 0; i < bricks; i++) {
-        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            phi[(size_t)slots * SPRINGLS__BRICK_VOXELS + (size_t)v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-        g->top[i] = slots++;
-    }
-    g->slot_count = slots;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->slot_count = springls__merge_references(g, other, (float *)field.data);
     springls__release(ctx, memory->data, memory->bytes);
     memory->data = field.data;
     memory->bytes = field.bytes;
@@ -128,6 +139,8 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
+/* Copies the triangles of one surface into another, from index `at` on. turn: reverses them; given_before: triangles of the
+   caller's meshes that come before those of `from`. */
 SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
                                            bool turn)
 {
@@ -138,12 +151,13 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
+/* Builds in `both` the surface of the triangles of this model's original and of the other. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both,
                                                      const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
     int count;
-    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is twice the number of a triangle, or one more */
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
     count = own->count + other->count;
     SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
@@ -156,6 +170,7 @@ SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
+/* Replaces the original surface by that of both models; unchanged on failure. turn: turns the triangles of the other. */
 SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
 {
     springls__surface both;
@@ -187,15 +202,6 @@ SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Turns a triangle round: its normal points the other way. */
-SPRINGLS__FN springls__springl springls__turned_round(springls__springl s)
-{
-    springls__v3 q = s.q[1];
-    s.q[1] = s.q[2];
-    s.q[2] = q;
-    return springls__springl_finished(s);
-}
-
 /* Copies the values of springl j for the attributes that both models have; others are 0. */
 SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
 {
@@ -219,7 +225,7 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     uint32_t age = other->model.set.step - (record.birth >> 2);
     int n = ctx->model.set.count;
     record.s = springls__pull_to_surface(rule, record.s);
-    if (turn) record.s = springls__turned_round(record.s);
+    if (turn) record.s = springls__reversed(record.s);
     record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
     springls__record_renew(&ctx->model, n, &record);
     springls__record_store(&ctx->model, n, record);
@@ -227,49 +233,53 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
+   more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other)
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
-    int i, count = ctx->model.set.count, staying, coming;
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &its_rule, &coming));
-    if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
-    if (staying + coming > ctx->desc.max_springls)
+    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + coming)));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + added)));
     for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + coming, count));
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
-            springls__copy_other_springl(ctx, other, i, &its_rule, turn);
+            springls__copy_other_springl(ctx, other, i, &other_rule, turn);
     ctx->stats.removed += count - staying;
-    ctx->stats.added += coming;
+    ctx->stats.added += added;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 
-/* ---- and what follows ---- */
+/* ---- the call ---- */
 
-/* Gaps are filled, with all that fill_gaps finds in some calls: a wide one takes more than one. */
+/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
 SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 {
-    const int most = 6;
+    const int max_passes = 6;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
 
-/* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
-SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, bool project)
+/* Completes a model whose springls and phi were changed: finds its edges, and fills its gaps. project: projects phi onto
+   the springls too, if params.project_level_set is set. */
+SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
     ctx->locked_count = 0;
@@ -278,26 +288,29 @@ SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, b
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    if (project && ctx->model.params.project_level_set)
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
+/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__run_until_steady(ctx, true);
+    return springls__complete_model(ctx, true);
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION && operation != SPRINGLS_OPERATION_DIFFERENCE)
+    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
+        && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
     if (!other || other == ctx)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");

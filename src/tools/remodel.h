@@ -1,4 +1,4 @@
-/* remodel.h - offset, smooth, remesh: a model made over in one call. */
+/* remodel.h - changes a whole model in one call: offset, smooth, remesh. */
 #ifndef SPRINGLS__TOOLS_REMODEL_H
 #define SPRINGLS__TOOLS_REMODEL_H
 
@@ -25,11 +25,15 @@
 
 /* ---- offset ---- */
 
-/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners
-   off; less the offset. All in voxels. */
-typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level,
-                                            edges; float offset; } springls__parallel_surface;
+/* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
+   springls at its sharp edges, where marching cubes cut corners off. All in voxels. */
+typedef struct springls__parallel_surface {
+    springls__mesh_distance distance; /* to zero_level */
+    springls__surface zero_level, edges;
+    float offset;
+} springls__parallel_surface;
 
+/* Computes the signed distance to the new surface (a springls__distance_fn). */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     springls__parallel_surface *job = (springls__parallel_surface *)arg;
@@ -42,6 +46,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
     }
 }
 
+/* Builds the surface of the springls at sharp edges. */
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
@@ -54,11 +59,11 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved
-   parts would lie inside by twice as much in either direction. */
+/* Builds the surface of the welded zero level, with each triangle cut into four by the middles of its edges. The middles are
+   moved onto the zero level, which reduces the distance of flat triangles from a curved surface. */
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
-    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
+    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3 + k: the middle of corners k and k + 1 */
     springls__raw_mesh raw;
     int t, k;
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -67,7 +72,7 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
     for (t = 0; t < raw.triangle_count; t++) {
         springls__v3 x[6];
         for (k = 0; k < 3; k++) x[k] = raw.positions[raw.triangles[3 * t + k]];
-        for (k = 0; k < 3; k++) { /* from the lower end of the edge, so that both its triangles find the same middle */
+        for (k = 0; k < 3; k++) { /* from the lower index, so that both triangles of an edge have the same middle */
             int a = raw.triangles[3 * t + k], b = raw.triangles[3 * t + (k + 1) % 3];
             x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
             x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
@@ -78,7 +83,7 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
     return springls__surface_make_dipoles(ctx, surface);
 }
 
-/* Every springl goes along the surface's normals, its own at a sharp edge. */
+/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. */
 SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -97,11 +102,12 @@ SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
     springls__constellation_changed(ctx);
 }
 
-/* Those that have come to the new zero level stay, moved onto it; others lie before or behind what another part has become. */
-SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
+/* Keeps the springls that are near the new zero level, and moves them onto it; removes the others, which are behind the new
+   surface of another part. */
+SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
-    const float close = 0.15f;
+    const float close = 0.15f; /* voxels */
     int i, m, count = ctx->model.set.count;
     uint8_t *action;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
@@ -122,6 +128,7 @@ SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
 SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 {
     size_t i, bricks = springls__brick_count(g);
@@ -134,33 +141,34 @@ SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
     return false;
 }
 
-/* Until none is too large. */
+/* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
-    const int most = 40;
+    const int max_passes = 40;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__resample(ctx));
     }
     return SPRINGLS_OK;
 }
 
+/* Does the work of springls_offset. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
 {
-    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->level));
+    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->zero_level));
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
-    if (job->level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
+    if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
-    job->distance.surface = &job->level;
+    job->distance.surface = &job->zero_level;
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
-    SPRINGLS__TRY(springls__offset_sort(ctx));
+    SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__run_until_steady(ctx, false); /* phi is exact already */
+    return springls__complete_model(ctx, false); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -177,7 +185,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
-    springls__surface_free(ctx, &job.level);
+    springls__surface_free(ctx, &job.zero_level);
     springls__surface_free(ctx, &job.edges);
     return springls__clear_on_failure(ctx, status);
 }
@@ -210,7 +218,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
+    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
@@ -222,11 +230,12 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
-    const int most = 4;
+    const int max_passes = 4;
     int i, before = -1;
-    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));

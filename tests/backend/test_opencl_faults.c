@@ -1,5 +1,6 @@
 /* test_opencl_faults.c - every call into OpenCL fails once, or from there on, during a short life of a model: one clear error, nothing leaked,
    and the context goes on with scalar code: where the model could be brought back, to the same bits. Skipped without OpenCL. */
+#include "springls_under_test.h"
 #include "histories.h"
 #include "springls_cl.h"
 #include "opencl_stub.h"

@@ -1,5 +1,6 @@
 /* test_opencl_parity.c - every run of every kernel on the device against the scalar loop over the same memory, bit by bit; whole lives
    of models on the device against the same lives without one. Skipped where there is no OpenCL device that rounds as C does. */
+#include "springls_under_test.h"
 #include "histories.h"
 #include "springls_cl.h"
 

@@ -31,10 +31,10 @@ void paper_fig8(struct paper *paper)
     for (int i = 0; i < POINTS; ++i) {
         x[i] = 0.9 * i / (POINTS - 1);
         for (int k = 0; k < H_COUNT; ++k) {
-            h[k][i] = (double)springls__threshold(k, (float)x[i]);
+            h[k][i] = (double)springls__threshold((springls_threshold)k, (float)x[i]);
         }
         for (int k = 0; k < W_COUNT; ++k) {
-            w[k][i] = (double)springls__weight(k, (float)x[i], params.d_max, params.neighbor_radius);
+            w[k][i] = (double)springls__weight((springls_weight)k, (float)x[i], params.d_max, params.neighbor_radius);
         }
     }
     for (int k = 0; k < W_COUNT; ++k) {

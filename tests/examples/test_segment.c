@@ -19,10 +19,10 @@ int main(int argc, char **argv)
 
 #else
 
-#include "springls_under_test.h"
+#include "springls.h"
 
 #include "../../examples/common/imaging/segment_image.h"
-/* These stand on the library, which is private to this file. */
+/* Their inner functions are tested too. */
 #include "../../examples/common/springls/run_options.c"
 #include "../../examples/common/springls/segment_model.c"
 

@@ -130,6 +130,23 @@ static double number_in(const char *text, const char *key, int n)
     return (double)NAN;
 }
 
+/* Reads the numbers of the array "key" in a report, at most room. Returns how many. */
+static int array_in(const char *text, const char *key, double *out, int room)
+{
+    char quoted[64];
+    int count = 0;
+    snprintf(quoted, sizeof quoted, "\"%s\": [", key);
+    const char *at = strstr(text, quoted);
+    for (at = at ? at + strlen(quoted) : ""; count < room; ++count) {
+        char *end;
+        at += strspn(at, ", \n");
+        out[count] = strtod(at, &end);
+        if (end == at) break;
+        at = end;
+    }
+    return count;
+}
+
 /* Did the program end well? Evaluated once by ASSERT. */
 #define RUN(...) \
     (run_program((int)(sizeof (const char *[]){__VA_ARGS__} / sizeof(char *)), (const char *const[]){__VA_ARGS__, NULL}) == 0)
@@ -158,7 +175,15 @@ TEST true_fields_are_followed_exactly(void)
     ASSERT_IN_RANGE(4.0 / 3.0 * 3.14159265 * 0.512, start, 0.03 * start);
     ASSERT(least < 0.5 * start);
     ASSERT_IN_RANGE(number_in(text, "volume_ml", 1), number_in(text, "volume_ml", 3), 1e-3);
-    ASSERT(number_in(text, "variance_of_modes", 0) != number_in(text, "no such key", 0));
+    double share[8], all = 0.0;
+    const int modes = array_in(text, "variance_of_modes", share, 8);
+    ASSERT(modes > 0 && modes < 4); /* of four frames about their mean */
+    for (int m = 0; m < modes; ++m) {
+        ASSERT(share[m] >= 0.0 && (m == 0 || share[m] <= share[m - 1]));
+        all += share[m];
+    }
+    ASSERT(share[0] > 0.99); /* out and back along one line */
+    ASSERT_IN_RANGE(1.0, all, 1e-5);
     for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
         char name[64];
         struct stat info;

@@ -41,25 +41,25 @@ embed_errors() (
     complains 'zero byte' $embed src/a.h
 )
 
-# An include of a higher room, a circle in spite of guards, a part in no room, two parts of one name: refused, with the line.
-embed_rooms() (
+# An include of a higher folder, a circle in spite of guards, a part in no listed folder, two parts of one name: refused with the line.
+embed_folders() (
     cd $w
     guarded() { file "$1" "#ifndef SPRINGLS__$2" "#define SPRINGLS__$2" "${@:3}" '#endif'; }
     file src/root.h '#include "model/grid.h"'
     guarded src/model/grid.h GRID 'int grid;' '#include "../stages/relax.h"'
     guarded src/stages/relax.h RELAX 'int relax;'
-    complains 'src/model/grid.h:4: src/stages/relax.h lies in a higher room: src/stages is above src/model' $embed src/root.h || return
-    complains 'lies in a higher room' $embed $PWD/src/root.h || return
+    complains 'src/model/grid.h:4: src/stages/relax.h lies in a higher folder: src/stages is above src/model' $embed src/root.h || return
+    complains 'lies in a higher folder' $embed $PWD/src/root.h || return
     guarded src/model/grid.h GRID '#include "cells.h"'
     guarded src/model/cells.h CELLS '' '#include "grid.h"'
     complains 'src/model/cells.h:4: src/model/grid.h includes itself, by way of this line' $embed src/root.h || return
     guarded src/model/grid.h GRID '#include "../other/cells.h"'
     guarded src/other/cells.h CELLS
-    complains 'src/model/grid.h:3: src/other/cells.h lies in no room' $embed src/root.h || return
+    complains 'src/model/grid.h:3: src/other/cells.h lies in no folder that embed.c lists' $embed src/root.h || return
     guarded src/model/grid.h GRID '#include "../../kernels_embed/device/k.cl"'
     guarded kernels_embed/device/k.cl K
     file kernels_embed/model/k.cl '#include "../../src/model/grid.h"'
-    complains 'kernels_embed/model/k.cl:1: src/model/grid.h lies in a higher room' $embed src/root.h kernels_embed/model/k.cl || return
+    complains 'kernels_embed/model/k.cl:1: src/model/grid.h lies in a higher folder' $embed src/root.h kernels_embed/model/k.cl || return
     guarded src/model/grid.h GRID '#include "../runtime/grid.h"'
     guarded src/runtime/grid.h GRID_TOO
     complains 'two parts or headings have the tag >>grid' $embed src/root.h || return
@@ -69,10 +69,10 @@ embed_rooms() (
 )
 
 # What make check does with the parts as they are, and one line too much.
-embed_own_rooms() (
+embed_own_folders() (
     cp -r src kernels_embed $w && cd $w && $embed src/springls_parts.h kernels_embed/device/entry_points.cl > /dev/null || return
     sed -i 's,^#include "../runtime/arrays.h",#include "../stages/relax.h"\n&,' src/model/bvh.h
-    complains 'src/model/bvh.h:8: src/stages/relax.h lies in a higher room: src/stages is above src/model' \
+    complains 'src/model/bvh.h:8: src/stages/relax.h lies in a higher folder: src/stages is above src/model' \
         $embed src/springls_parts.h kernels_embed/device/entry_points.cl
 )
 
@@ -141,8 +141,8 @@ embed_renames() (
 )
 
 check "embed: errors in one clear line" embed_errors
-check "embed: rooms, circles and tags" embed_rooms
-check "embed: a higher room in our own parts" embed_own_rooms
+check "embed: folders, circles and tags" embed_folders
+check "embed: a higher folder in our own parts" embed_own_folders
 check "embed: order of the parts" embed_order
 check "parts: each includes what it uses" parts_alone
 check "embed: includes" embed_includes

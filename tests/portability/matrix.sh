@@ -86,10 +86,14 @@ without_opencl() {
     $1 $warnings -o $w/program $here/no_opencl.c -lm && nothing "$(readelf -d $w/program | grep -i opencl)" "needed to start" && $w/program
 }
 installed() {
-    make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c
+    local before=$(cksum springls.h)
+    make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c &&
+        grep -q "^Version: $(sed -n 's/.*VERSION_[A-Z]* \([0-9]*\)$/\1/p' src/interface/api.h | paste -s -d .)$" $w/share/pkgconfig/springls.pc &&
+        make -s uninstall DESTDIR=$PWD/$w PREFIX= && nothing "$(cd $w && find include share -type f)" "left by uninstall" &&
+        nothing "$([ "$before" = "$(cksum springls.h)" ] || echo springls.h)" "changed by install"
 }
 # What models have become at the end of their lives, in this build.
-lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
+lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
 same_lives() {
     local first= other
     for other in $out/lives.*; do
@@ -98,7 +102,7 @@ same_lives() {
     done
 }
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
-parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
+parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only tests/library.c; }
 
 # With springls_cl.h, and with it all of springls.h.
 opencl=-DWITH_OPENCL

@@ -1,5 +1,6 @@
 /* test_cell_list.c - cells, neighbours and bricks against searches through everything. */
 #include "fixtures.h"
+#include "../../src/model/neighbors.h"
 
 /* Triangles everywhere, some partly or wholly outside the grid, one that spans it. */
 static void make_soup(springls_context *ctx, int count, int huge)

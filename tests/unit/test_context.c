@@ -457,7 +457,7 @@ TEST coordinates_go_both_ways(void)
         springls_to_voxel(ctx, world, 2, world);
         y = springls__v3_make(world[3], world[4], world[5]);
         ASSERT_LT(d3_distance(d3_of(x), d3_of(y)), 1e-4);
-        ASSERT_MEM_EQ(world, world + 3, 3 * sizeof *world);
+        ASSERT_MEM_EQ(world, (world + 3), 3 * sizeof *world);
     }
     springls_destroy(ctx);
     PASS();

@@ -1,5 +1,6 @@
 /* test_fill_gaps.c - springls for exposed zero crossings (section 4.4): all of them, no others, with correspondences. */
 #include "fixtures.h"
+#include "../../src/stages/fill_from_springls.h"
 
 static const d3 center = { 15.5, 15.5, 15.5 };
 

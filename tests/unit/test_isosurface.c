@@ -2,6 +2,8 @@
    a world that is scaled, turned and mirrored. */
 #include "fixtures.h"
 
+GREATEST_MAIN_DEFS();
+
 enum { SPHERE, TORUS, BOX, CUT_SPHERE, SHAPES };
 static const int size = 32;
 
@@ -240,9 +242,9 @@ TEST soup_is_the_springls(int mirror)
         float expected[3];
         for (m = 0; m < 3; m++) {
             springls_to_world(ctx, &s.q[m].x, 1, expected);
-            ASSERT_MEM_EQ(expected, soup.positions + 9 * i + 3 * m, sizeof expected);
+            ASSERT_MEM_EQ(expected, (soup.positions + 9 * i + 3 * m), sizeof expected);
             springls_to_world(ctx, &s.a.x, 1, expected);
-            ASSERT_MEM_EQ(expected, soup.correspondences + 9 * i + 3 * m, sizeof expected);
+            ASSERT_MEM_EQ(expected, (soup.correspondences + 9 * i + 3 * m), sizeof expected);
             ASSERT_EQ(i, soup.springls[3 * i + m]);
             ASSERT(t[m] / 3 == i);
             ASSERT_GT(d3_dot(n, at(soup.normals, 3 * i + m)) / d3_length(n), 0.999);
@@ -363,8 +365,6 @@ SUITE(isosurface)
     RUN_TESTp(awkward_fields_are_closed, 0);
     RUN_TESTp(awkward_fields_are_closed, 1);
 }
-
-GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "greatest.h"
-#include "springls_under_test.h"
+#include "../../kernels_embed/model/marching_cubes.h"
 
 /* ---- the derivation: nothing below uses the table ---- */
 

@@ -6,10 +6,9 @@
 #include <string.h>
 
 #include "greatest.h"
-#include "../../kernels_embed/language/compat.h"
-#include "../../kernels_embed/language/vector.h"
-#define SPRINGLS__FN static
 #include "../../src/model/mesh_measure.h"
+
+GREATEST_MAIN_DEFS();
 
 enum { MAX_VERTICES = 9000, MAX_FACES = 18000 };
 
@@ -365,8 +364,6 @@ SUITE(mesh_measure)
     RUN_TEST(bad_triangles_are_counted_and_left_out);
     RUN_TEST(random_soups_against_brute_force);
 }
-
-GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {

@@ -1,5 +1,8 @@
 /* test_query.c - the triangle hierarchy against brute force; questions in world coordinates; material coordinates. */
 #include "fixtures.h"
+#include "../../src/model/mesh_distance.h"
+#include "../../src/model/ray.h"
+#include "../../src/model/transform.h"
 
 static uint32_t random_state = 1u;
 static float random_unit(void)
@@ -371,11 +374,32 @@ TEST coarse_box_keeps_material(void)
 
 /* ---- reading, bad input ---- */
 
+/* phi at a place between the voxels of a dense grid of 64^3, by linear interpolation. */
+static double interpolated(const float *phi, const float x[3])
+{
+    int base[3], corner, k;
+    double sum = 0.0;
+    for (k = 0; k < 3; k++) base[k] = (int)x[k];
+    for (corner = 0; corner < 8; corner++) {
+        double weight = 1.0;
+        int at = 0;
+        for (k = 2; k >= 0; k--) {
+            int up = corner >> k & 1;
+            double along = (double)x[k] - base[k];
+            weight *= up ? along : 1.0 - along;
+            at = 64 * at + base[k] + up;
+        }
+        sum += weight * (double)phi[at];
+    }
+    return sum;
+}
+
 TEST packed_forms(void)
 {
     springls_context *ctx = world_sphere(0.45, 0.9, 0.6);
     float *matrix, *surfel, *phi;
     springls_view q, p;
+    double largest = 0.0;
     int i, k;
     ASSERT(ctx != NULL);
     matrix = (float *)malloc(16 * SPHERE_TRIANGLES * sizeof *matrix);
@@ -392,8 +416,10 @@ TEST packed_forms(void)
         const float *vertex = (const float *)(const void *)((const char *)(const void *)q.data + (size_t)i * q.stride);
         const float *particle = (const float *)(const void *)((const char *)(const void *)p.data + (size_t)i * p.stride);
         double outward = 0.0, r = 0.0;
-        ASSERT_MEM_EQ(particle, matrix + 16 * i, 12);
-        ASSERT_MEM_EQ(vertex + 3, matrix + 16 * i + 8, 12);
+        ASSERT_MEM_EQ(particle, (matrix + 16 * i), 12);
+        for (k = 0; k < 3; k++) ASSERT_MEM_EQ((vertex + 3 * k), (matrix + 16 * i + 4 * k + 4), 12);
+        ASSERT_EQ(ctx->model.set.a[i].x, matrix[16 * i + 7]);
+        ASSERT_EQ(ctx->model.set.a[i].y, matrix[16 * i + 11]);
         ASSERT_EQ(ctx->model.set.a[i].z, matrix[16 * i + 15]);
         for (k = 0; k < 3; k++) {
             double d = (double)surfel[7 * i + k] - world_center[k];
@@ -406,6 +432,13 @@ TEST packed_forms(void)
     }
     for (i = 0; i < 64 * 64 * 64; i += 37) /* what has been read is here */
         ASSERT_EQ(phi[i], springls__grid_voxel(&ctx->model.grid, ctx->model.grid.phi, i % 64, i / 64 % 64, i / 4096));
+    ASSERT_OK(fixture_translate(ctx, 0.5f, -0.3f, 0.2f)); /* away from phi = 0: the level set stays */
+    ASSERT_OK(springls_pack_matrix(ctx, matrix));
+    for (i = 0; i < SPHERE_TRIANGLES; i++) {
+        ASSERT_IN_RANGE(interpolated(phi, matrix + 16 * i), matrix[16 * i + 3], 1e-4);
+        largest = fmax(largest, fabs((double)matrix[16 * i + 3]));
+    }
+    ASSERT_GT(largest, 0.3);
     free(matrix);
     free(surfel);
     free(phi);

@@ -304,7 +304,7 @@ TEST splines_meet_their_conditions(void)
     for (which = SPRINGLS_WEIGHT_SPLINE_FAR; which <= SPRINGLS_WEIGHT_SPLINE_NEAR; which++) {
         const float peak = which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, h = 1e-4f;
         float x;
-#define W(x) springls__weight(which, x, d_max, radius)
+#define W(x) springls__weight((springls_weight)which, x, d_max, radius)
         ASSERT_EQ(0.0f, W(0.0f));
         ASSERT_IN_RANGE(peak, W(peak), 1e-6);
         ASSERT_EQ(0.0f, W(radius));

@@ -1,5 +1,6 @@
 /* test_set_mesh.c - meshes, clean and dirty, into springls and a level set. */
 #include "fixtures.h"
+#include "../../src/model/winding_number.h"
 
 /* ---- meshes ---- */
 

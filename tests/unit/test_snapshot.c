@@ -1,6 +1,7 @@
 /* test_snapshot.c - a snapshot goes on to the bit, here, elsewhere and on the other backend; a block that is not good is
    refused, and the model stays as it was. */
 #include "fixtures.h"
+#include "../../src/output/snapshot.h"
 
 enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, COMBINED, SCENES };
 enum { SIZE = 24 };

@@ -1,6 +1,8 @@
 /* test_thin_sheets.c - sheets thinner than a voxel live through a flow and come back, and topology still changes where
    the surface really touches or breaks: two spheres become one part, a thread that is drawn out becomes two. */
 #include "fixtures.h"
+#include "../../src/stages/project.h"
+#include "../../src/stages/volume_lock.h"
 
 static springls_params without_the_rules(void)
 {
@@ -118,11 +120,11 @@ static int deep_springls(springls_context *ctx, float depth)
 /* Components without specks, those of less than ten voxels. */
 static int bodies(springls_context *ctx)
 {
-    springls__volume_components components;
+    springls__volume_components parts;
     int i, n = 0;
     fixture_here(ctx);
-    if (springls__find_components(ctx, &components) != SPRINGLS_OK) return -1;
-    for (i = 0; i < components.count; i++) n += !springls__is_speck(components.item[i].volume);
+    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
+    for (i = 0; i < parts.count; i++) n += !springls__is_speck(parts.item[i].volume);
     return n;
 }
 

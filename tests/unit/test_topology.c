@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "greatest.h"
-#include "springls_under_test.h"
+#include "../../kernels_embed/stages/topology.h"
 
 static uint32_t random_state = 1u;
 static uint32_t random_bits(void)

@@ -1,5 +1,6 @@
 /* test_unsigned_distance.c - the unsigned level set (eq. 21) and the distances it is made of, against double precision. */
 #include "fixtures.h"
+#include "../../src/stages/unsigned_distance.h"
 
 static springls__tri random_triangle(int kind)
 {

@@ -2,6 +2,8 @@
    border can reach, and the default, by which the springls themselves say where their outside is. */
 #include "fixtures.h"
 
+GREATEST_MAIN_DEFS();
+
 enum { SPHERE, TORUS, TWO_SPHERES, SHELLS, CORNER, PAPERS_SHAPES, NEIGHBOURS = PAPERS_SHAPES, SLOT, PLATE, SHAPES };
 static const int size = 40;
 
@@ -225,7 +227,7 @@ TEST raw_springls_make_a_model(void)
     ASSERT_EQ(count, springls_count(to));
     for (i = 0; i < count; i++) {
         springls__v3 b = fixture_origin(to, i);
-        ASSERT_MEM_EQ(a + 3 * i, &b, sizeof b);
+        ASSERT_MEM_EQ((a + 3 * i), &b, sizeof b);
         ASSERT_LT(d3_distance(d3_of(fixture_particle(from, i)), d3_of(fixture_particle(to, i))), 1e-5);
     }
     error = fixture_sphere_error(to, d3_make(19.5, 19.5, 19.5), 11.3);
@@ -261,8 +263,6 @@ SUITE(unsigned_to_signed)
     RUN_TEST(springls_may_be_outside);
     RUN_TEST(raw_springls_make_a_model);
 }
-
-GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {

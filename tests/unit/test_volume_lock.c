@@ -1,5 +1,6 @@
 /* test_volume_lock.c - every component keeps its volume (params.volume_lock): shrinking, merging, splitting. */
 #include "fixtures.h"
+#include "../../src/stages/volume_lock.h"
 
 static springls_params locked(int lock)
 {
@@ -145,11 +146,11 @@ static void squeeze(void *user, const float *x, int count, float time, float *v)
 /* Components but for specks, which mergers leave behind. */
 static int large_parts(springls_context *ctx)
 {
-    springls__volume_components components;
+    springls__volume_components parts;
     int i, large = 0;
     fixture_here(ctx);
-    if (springls__find_components(ctx, &components) != SPRINGLS_OK) return -1;
-    for (i = 0; i < components.count; i++) large += !springls__is_speck(components.item[i].volume);
+    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
+    for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.item[i].volume);
     return large;
 }
 

@@ -234,7 +234,7 @@ static reader choose_reader(const char *path, struct volume *volume)
 static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
     if (volume_file_size(path) < 0) {
-        return volume_error(error, "no such file");
+        return volume_error(error, "no such file, or not a plain one");
     }
     if (!choose_reader(path, volume)(path, frame, volume, error)) {
         return false;
