@@ -82,7 +82,7 @@ parts_alone() (
     cd $w
     file good.h '#ifndef SPRINGLS__GOOD_H' '#define SPRINGLS__GOOD_H' 'static int springls__one(void) { return 1; }' '#endif'
     file bad.h '#ifndef SPRINGLS__BAD_H' '#define SPRINGLS__BAD_H' 'static int springls__two(void) { return 2 * springls__one(); }' '#endif'
-    $alone good.h > log && ! $alone good.h bad.h > log 2>&1 && grep -q '^parts: bad.h does not compile alone' log || cat log
+    $alone good.h > out && ! $alone good.h bad.h > out 2>&1 && grep -q '^parts: bad.h does not compile alone' out || cat out
 )
 
 # Parts stand in the order of their includes, each after those that it includes at its top; no private guard and no line of an
