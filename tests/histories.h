@@ -84,7 +84,7 @@ FIXTURE void history_affine(void *user, const float *points, const float *corres
     }
 }
 
-FIXTURE float history_pressure_grid[32 * 32 * 32];
+static float history_pressure_grid[32 * 32 * 32];
 
 FIXTURE void history_two_balls(void *user, const float *points, int count, float *out)
 {

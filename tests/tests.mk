@@ -82,7 +82,7 @@ $(TEST_DIR)/unit/test_openvdb: tests/unit/test_openvdb.cc $(TEST_DIR)/library.o 
 
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(UNIT_TESTS) $(EXAMPLE_TESTS) examples/test_engine unit/test_openvdb
+PLAIN_TESTS   = $(EXAMPLE_TESTS) examples/test_engine $(UNIT_TESTS) unit/test_openvdb
 # The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
 LIBRARY_TESTS = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c))
 DEVICE_TESTS  = $(if $(WITH_OPENCL),$(patsubst tests/%.c,%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/unit/test_*.c) \
