@@ -37,6 +37,8 @@ export OMP_WAIT_POLICY ?= passive
         segmentation imaging install uninstall format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
+# What is made on the way to something else stays too.
+.SECONDARY:
 
 help:   ## this list
 	@sed -n 's/^\([a-z.-]*\):.*## */\1\t/p' $(MAKEFILE_LIST) | expand -t 18
