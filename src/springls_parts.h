@@ -19,6 +19,7 @@
 #include "input/set_mesh.h"
 #include "output/attributes.h"
 #include "output/chunks.h"
+#include "output/component_views.h"
 #include "output/material.h"
 #include "output/measure.h"
 #include "output/snapshot.h"
