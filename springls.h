@@ -51,6 +51,7 @@
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
+     >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
@@ -93,6 +94,7 @@
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
      >>set_level_set        src/input/set_level_set.h
+     >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>material             src/output/material.h
@@ -532,6 +534,7 @@
   #define springls_implicit_notched_sphere SPRINGLS__NAME(springls_implicit_notched_sphere)
   #define springls_set_springls SPRINGLS__NAME(springls_set_springls)
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
+  #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
@@ -865,7 +868,7 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, springls_write and springls_set_relax_mask change the model that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
    welded. */
@@ -938,6 +941,23 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
+/* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
+   as in views, 9 floats of vertices and 3 of the particle a springl.
+   - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
+     barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
+   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
+     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
+     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
+     phi anew after a motion of any size.
+   - Springls may leave the grid, as by springls_advect; the level set ends at its border.
+   - With a backend only the range is sent to the device.
+   INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
+   progress, after which indices may be others. NON_FINITE: a number is not finite or exceeds 10^6. After a failure nothing has
+   moved. */
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles);
+
 /* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
    follow their parent. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
@@ -956,6 +976,24 @@ typedef void (*springls_velocity_fn)(void *user, const float *points, int count,
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
 
+/* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
+   params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
+   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+typedef struct springls_batch {
+    int count;                    /* of points, one a springl                                                       */
+    int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
+    float time;                   /* of the Runge-Kutta stage                                                       */
+    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *normals;         /* 3 each: outward unit normal of the springl                                     */
+    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const int *springls;          /* index of each point's springl, as in views and springls_write                  */
+    const uint32_t *ids;          /* its id, as in springls_ids                                                     */
+} springls_batch;
+
+/* Evaluates a force for a batch: `out` has 1, 3 or 12 floats a point, as the callbacks above. The batch is valid during the
+   call. Called like the pressure. */
+typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
+
 /* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
    of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
@@ -973,7 +1011,10 @@ typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
     springls_velocity_fn velocity; /* sigma                                                                         */
     springls_affine_fn affine;     /* A(p, a)                                                                       */
-    void *user;                    /* handed to all three                                                           */
+    springls_batch_fn pressure_batch; /* added to the pressure callback                                             */
+    springls_batch_fn velocity_batch; /* added to the velocity callback                                             */
+    springls_batch_fn affine_batch;   /* added to the affine callback                                               */
+    void *user;                    /* handed to all of them                                                         */
     springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
     springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
@@ -1035,9 +1076,10 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
+   springls that springls_write has moved. */
 typedef struct springls_step_desc {
-    const springls_forces *forces;
+    const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
     float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
@@ -1496,6 +1538,9 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
+/* write: the number of the first springl, and which of its parts the caller gives. */
+typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
+
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
 
@@ -1543,6 +1588,7 @@ typedef union springls__arguments {
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;
+    springls__write_arguments write;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -2609,10 +2655,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what moves springls on a device (advect.h). */
+/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
-    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \
+    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
@@ -7484,6 +7531,32 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
+/* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
+/* write.h - springls that the caller moves. */
+
+/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
+{
+    springls__tri_hit before = springls__tri_closest(from, p);
+    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);
+    return springls__add(after.point, springls__sub(p, before.point));
+}
+
+/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given stays where it is in its triangle. */
+SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
+{
+    int n = args.write.first + i, m;
+    springls__springl s = model->set.s[n], old = s;
+    if (args.write.particles) s.p = model->force.written_particles[i];
+    if (args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];
+    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);
+    if (!args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
+    model->set.s[n] = springls__springl_finished(s);
+}
+
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
    four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
@@ -7752,6 +7825,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 #define SPRINGLS__KERNELS(X)                                                                                                     \
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
@@ -8794,6 +8868,13 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
+/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
+
 /* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
 {
@@ -8964,36 +9045,44 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 /* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* Writes sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
-                                 springls__v3 *out)
+/* Writes sigma of eq. 1 at the points of a batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, &points[0].x, count, time, buffer);
+        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (forces->velocity_batch) {
+        forces->velocity_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
     float buffer[SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
+        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_batch) {
+        forces->pressure_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
@@ -9009,30 +9098,11 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
 }
 
-/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
-                                   float time, springls__v3 *slope)
+/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
+SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
+                                       springls__v3 *slope)
 {
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
     int i, m;
-    for (i = 0; i < count; i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(motion, x, count, time, slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    if (!motion->forces.affine) return;
-    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -9042,6 +9112,54 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
+}
+
+/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
+{
+    batch->points = &x[m * batch->count].x;
+    batch->vertex = m - 1;
+}
+
+/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
+   springls of the block. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    batch->normals = &normals[0].x;
+    batch->time = time;
+    springls__batch_points(batch, x, 0);
+    springls__flow(motion, batch, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, batch, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(motion, batch, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) {
+            springls__batch_points(batch, x, m);
+            springls__flow(motion, batch, slope + m * count);
+        }
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
+    }
+    springls__batch_points(batch, x, 0);
+    if (forces->affine) {
+        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, batch, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
@@ -9065,22 +9183,28 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
-    const springls__v3 *a = motion->ctx->model.set.a + first;
-    int i, m, n = SPRINGLS__MOVERS * count;
+    springls_batch batch;
+    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
+    memset(&batch, 0, sizeof batch);
+    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.springls = springls;
+    batch.ids = motion->ctx->model.set.id + first;
+    batch.count = count;
     for (i = 0; i < count; i++) {
+        springls[i] = first + i;
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
@@ -9147,7 +9271,7 @@ SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
@@ -9174,7 +9298,8 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (forces->pressure || forces->affine) return false;
+    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
+        return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
@@ -11875,10 +12000,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
         || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
+                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
@@ -11887,7 +12012,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     springls__abandon_step(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
-    ctx->step.forces = *step->forces;
+    if (step->forces) ctx->step.forces = *step->forces;
     ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
@@ -13162,13 +13287,6 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
-{
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
-}
-
 SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                       const float *correspondences, int count)
 {
@@ -13713,6 +13831,79 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     status = springls__mesh_take(ctx, &intake, positions, position_count, stride, triangles, triangle_count, report);
     springls__mesh_intake_free(ctx, &intake);
     return status;
+}
+
+/* ======== >>write  (src/input/write.h) ========================================================================= */
+/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+
+/* Sends one of the caller's arrays to the device. NULL: nothing. */
+SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
+                                                         size_t points)
+{
+    return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
+}
+
+/* Writes springls on the device: what goes there is the range alone. */
+SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
+                                                       const float *vertices, const float *particles)
+{
+    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
+}
+
+/* Writes a range of springls. A part that is NULL follows the other. */
+SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
+                                             const float *particles)
+{
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.write.first = first;
+    args.write.vertices = vertices != NULL;
+    args.write.particles = particles != NULL;
+    if (ctx->on_device) {
+        springls_status status = springls__write_on_device(ctx, &args, count, vertices, particles);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    ctx->model.force.written_vertices = (springls__v3 *)(void *)vertices;
+    ctx->model.force.written_particles = (springls__v3 *)(void *)particles;
+    springls__run(ctx, SPRINGLS__KERNEL_write, count, &args);
+    springls__bind(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
+{
+    size_t i, n = points ? (size_t)count * (size_t)each : 0;
+    for (i = 0; i < n; i++)
+        if (!springls__valid_point(points + 3 * i))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+                                  first + (int)(i / (size_t)each));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->step.active) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    if (first < 0 || count < 0 || first > ctx->model.set.count - count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: %d springls from %d on, of %d", count, first,
+                              ctx->model.set.count);
+    if (count == 0) return SPRINGLS_OK;
+    if (!vertices && !particles)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
+    SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
+    SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__write(ctx, first, count, vertices, particles);
+    ctx->calls--;
+    if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
+    return springls__report_device_failure(ctx, status);
 }
 
 /* ======== >>attributes  (src/output/attributes.h) ============================================================== */
@@ -16212,7 +16403,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 699 \"springls.h\"\n",
+    "#line 702 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16309,7 +16500,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1488 \"springls.h\"\n",
+    "#line 1530 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16320,6 +16511,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
+    "\n",
+    "/* write: the number of the first springl, and which of its parts the caller gives. */\n",
+    "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -16368,6 +16562,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__contract_arguments contract;\n",
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
+    "    springls__write_arguments write;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -16383,7 +16578,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1563 \"springls.h\"\n",
+    "#line 1609 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16464,7 +16659,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1645 \"springls.h\"\n",
+    "#line 1691 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16540,7 +16735,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1722 \"springls.h\"\n",
+    "#line 1768 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16559,7 +16754,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1742 \"springls.h\"\n",
+    "#line 1788 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16574,7 +16769,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1758 \"springls.h\"\n",
+    "#line 1804 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16698,7 +16893,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1882 \"springls.h\"\n",
+    "#line 1928 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16724,7 +16919,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1909 \"springls.h\"\n",
+    "#line 1955 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -16875,7 +17070,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2061 \"springls.h\"\n",
+    "#line 2107 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16890,7 +17085,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2076 \"springls.h\"\n",
+    "#line 2122 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17014,14 +17209,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2200 \"springls.h\"\n",
+    "#line 2246 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2208 \"springls.h\"\n",
+    "#line 2254 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17033,7 +17228,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2220 \"springls.h\"\n",
+    "#line 2266 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17048,7 +17243,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2236 \"springls.h\"\n",
+    "#line 2282 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17092,7 +17287,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2280 \"springls.h\"\n",
+    "#line 2326 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17107,7 +17302,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2295 \"springls.h\"\n",
+    "#line 2341 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17151,7 +17346,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2339 \"springls.h\"\n",
+    "#line 2385 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17223,7 +17418,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2411 \"springls.h\"\n",
+    "#line 2457 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17238,7 +17433,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2427 \"springls.h\"\n",
+    "#line 2473 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17301,7 +17496,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2490 \"springls.h\"\n",
+    "#line 2536 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17316,7 +17511,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2505 \"springls.h\"\n",
+    "#line 2551 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17379,7 +17574,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2569 \"springls.h\"\n",
+    "#line 2615 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17423,10 +17618,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what moves springls on a device (advect.h). */\n",
+    "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
-    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
+    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \\\n",
+    "    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
@@ -17687,7 +17883,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2878 \"springls.h\"\n",
+    "#line 2925 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -18073,7 +18269,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3265 \"springls.h\"\n",
+    "#line 3312 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18082,7 +18278,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3274 \"springls.h\"\n",
+    "#line 3321 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18097,7 +18293,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3290 \"springls.h\"\n",
+    "#line 3337 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18110,7 +18306,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3303 \"springls.h\"\n",
+    "#line 3350 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18125,7 +18321,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3318 \"springls.h\"\n",
+    "#line 3365 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18138,7 +18334,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3331 \"springls.h\"\n",
+    "#line 3378 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18352,7 +18548,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4028 \"springls.h\"\n",
+    "#line 4075 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18528,7 +18724,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4205 \"springls.h\"\n",
+    "#line 4252 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18611,7 +18807,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4289 \"springls.h\"\n",
+    "#line 4336 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18785,7 +18981,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4464 \"springls.h\"\n",
+    "#line 4511 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18861,7 +19057,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4541 \"springls.h\"\n",
+    "#line 4588 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18887,7 +19083,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4568 \"springls.h\"\n",
+    "#line 4615 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18956,7 +19152,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4638 \"springls.h\"\n",
+    "#line 4685 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19084,7 +19280,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4767 \"springls.h\"\n",
+    "#line 4814 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19139,7 +19335,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4823 \"springls.h\"\n",
+    "#line 4870 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19154,7 +19350,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4838 \"springls.h\"\n",
+    "#line 4885 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19169,7 +19365,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4854 \"springls.h\"\n",
+    "#line 4901 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19180,7 +19376,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4865 \"springls.h\"\n",
+    "#line 4912 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19195,7 +19391,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4880 \"springls.h\"\n",
+    "#line 4927 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19206,7 +19402,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4891 \"springls.h\"\n",
+    "#line 4938 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19309,7 +19505,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4995 \"springls.h\"\n",
+    "#line 5042 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19788,7 +19984,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5475 \"springls.h\"\n",
+    "#line 5522 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19886,7 +20082,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5574 \"springls.h\"\n",
+    "#line 5621 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20015,7 +20211,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5704 \"springls.h\"\n",
+    "#line 5751 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20205,7 +20401,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5895 \"springls.h\"\n",
+    "#line 5942 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20314,7 +20510,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6005 \"springls.h\"\n",
+    "#line 6052 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20693,7 +20889,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6385 \"springls.h\"\n",
+    "#line 6432 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20844,7 +21040,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6537 \"springls.h\"\n",
+    "#line 6584 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20874,7 +21070,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6567 \"springls.h\"\n",
+    "#line 6614 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20889,7 +21085,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6583 \"springls.h\"\n",
+    "#line 6630 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21058,7 +21254,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6752 \"springls.h\"\n",
+    "#line 6799 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21073,7 +21269,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6767 \"springls.h\"\n",
+    "#line 6814 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21242,7 +21438,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6936 \"springls.h\"\n",
+    "#line 6983 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21276,7 +21472,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6971 \"springls.h\"\n",
+    "#line 7018 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21384,7 +21580,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7080 \"springls.h\"\n",
+    "#line 7127 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21481,7 +21677,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7178 \"springls.h\"\n",
+    "#line 7225 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21555,7 +21751,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7253 \"springls.h\"\n",
+    "#line 7300 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -21789,7 +21985,32 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7488 \"springls.h\"\n",
+    "#line 7535 \"springls.h\"\n",
+    "/* write.h - springls that the caller moves. */\n",
+    "\n",
+    "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)\n",
+    "{\n",
+    "    springls__tri_hit before = springls__tri_closest(from, p);\n",
+    "    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);\n",
+    "    return springls__add(after.point, springls__sub(p, before.point));\n",
+    "}\n",
+    "\n",
+    "/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a\n",
+    "   particle that is not given stays where it is in its triangle. */\n",
+    "SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int n = args.write.first + i, m;\n",
+    "    springls__springl s = model->set.s[n], old = s;\n",
+    "    if (args.write.particles) s.p = model->force.written_particles[i];\n",
+    "    if (args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];\n",
+    "    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);\n",
+    "    if (!args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 7561 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22047,7 +22268,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7747 \"springls.h\"\n",
+    "#line 7820 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22056,6 +22277,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
+    "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
@@ -22129,7 +22351,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22133 \"springls.h\"\n",
+    "#line 22355 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
