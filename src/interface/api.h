@@ -353,7 +353,8 @@ typedef struct springls_forces {
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
+    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
+                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
 } springls_forces;
 
