@@ -315,7 +315,8 @@ typedef struct springls_forces {
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
+    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
+                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
 } springls_forces;
 
@@ -767,8 +768,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
    them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
-   implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, or reorders sums, and
+   so breaks the promise of equal bits: compile the implementation without -ffast-math, with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either

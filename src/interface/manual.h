@@ -33,7 +33,7 @@
      #include "springls.h"
 
    in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
-   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
+   Compile the implementation with -O3, and with -fopenmp for threads.
 
 
    STEP BY STEP
@@ -121,9 +121,9 @@
                                                    it. After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
-     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
-                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
-                                                   after phi has been carried
+                              advect               in a step, also moves springls by evolve_step lambda times the curvature, as
+                                                   one iteration of eq. 23 would move phi: see CURVATURE
+     evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -183,7 +183,7 @@
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
-     lambda     curvature            of eq. 22; positive smooths                         0         0
+     lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
@@ -200,6 +200,22 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+
+   CURVATURE
+
+   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   numbers smooth by it:
+
+     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
+                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
+                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
+                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
+                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
+                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+
+   Steps are stable up to about one voxel^2 of weight times dt.
 
 
    SHARP EDGES
@@ -307,9 +323,9 @@
    DETERMINISM
 
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
-   provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
-   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
+   -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
    own. Force callbacks must be deterministic too.
 
 

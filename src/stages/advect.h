@@ -86,8 +86,8 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i],
-                                   -forces->curvature_weight * springls__curvature_at(&motion->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
+                                   forces->curvature_weight);
     }
 }
 
@@ -166,10 +166,12 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = motion->displacement[first + i].x;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
-            memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
+        const springls__grid *g = &motion->ctx->model.grid;
+        springls__movers d;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[first + i] = d;
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
@@ -225,7 +227,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.stop_at_topology;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
     motion->blocks = springls__block_motions(&ctx->model);
