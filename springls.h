@@ -30,13 +30,13 @@
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
+     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
+     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
+     >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
-     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
-     >>winding:kernel       kernels_embed/language/winding.h
      >>fit:kernel           kernels_embed/model/fit.h
-     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>project:kernel       kernels_embed/stages/project.h
      >>project_body:kernel  kernels_embed/stages/project_body.h
      >>track:kernel         kernels_embed/stages/track.h
@@ -4333,6 +4333,170 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
     return SPRINGLS__ALL_AROUND;
 }
 
+/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
+/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
+   two of them is wide, springls are missing or the surface ends. */
+
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
+
+typedef struct springls__angular_gaps {
+    springls__v3 e1, e2;                      /* the tangent frame  */
+    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
+    int count;
+} springls__angular_gaps;
+
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
+{
+    springls__angular_gaps gaps;
+    gaps.e1 = springls__any_tangent(n);
+    gaps.e2 = springls__cross(n, gaps.e1);
+    gaps.count = 0;
+    return gaps;
+}
+
+/* Adds a neighbor at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
+{
+    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
+    angle = springls__atan2(v, u);
+    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
+    gaps.angle[i] = angle;
+    gaps.count++;
+    return gaps;
+}
+
+/* The two widest gaps (radians), and the direction that halves the widest. */
+typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
+
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
+{
+    const float turn = 6.28318531f;
+    springls__widest_gap widest;
+    float from, middle;
+    int i;
+    widest.angle = turn;
+    widest.second = 0.0f;
+    widest.middle = gaps.e1;
+    if (gaps.count == 0) return widest;
+    from = gaps.angle[gaps.count - 1];
+    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps.count; i++) {
+        float angle = gaps.angle[i] - gaps.angle[i - 1];
+        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
+        if (angle <= widest.angle) continue;
+        widest.angle = angle;
+        from = gaps.angle[i - 1];
+    }
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
+    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
+    return widest;
+}
+
+/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+   two wide gaps; its end and a drop leave nearly all open. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
+{
+    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
+}
+
+/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
+/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
+
+/* Two springls face against each other where the cosine of the angle between their normals is smaller. */
+#define SPRINGLS__FACING_AGAINST (-0.5f)
+
+/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
+   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */
+SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */
+    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float d2, within = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
+   `high` above or below its tangent plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__angular_gaps_widest(gaps);
+}
+
+/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
+   a voxel may break. Particles of both sides count; those right above or below have no direction. */
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__spans_sheet(gaps) != 0;
+}
+
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
@@ -4374,6 +4538,13 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
+/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */
+SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
+    return model->params.keep_thin && springls__across_gap(d, n, m);
+}
+
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
    last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
@@ -4402,7 +4573,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
+        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -4514,6 +4685,28 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
+/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
+{
+    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const int enough = 2, enough_beside = 3;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    int other, across = 0, facing = 0, beside = 0;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);
+        float d2 = springls__length2(d), ahead = springls__dot(d, n);
+        if (other == i || d2 > r * r) continue;
+        beside += springls__dot(n, m) > 0.5f;
+        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;
+        across += springls__across_gap(d, n, m);
+        facing++;
+    }
+    return beside >= enough_beside && across >= enough && 2 * across >= facing;
+}
+
 /* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
    zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
@@ -4528,10 +4721,12 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
+    bool buried = model->params.project_level_set && springls__is_buried(model, s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+        *action = SPRINGLS__REMOVE;
     else if (!model->set.mask[i]
              && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -4669,103 +4864,6 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
     }
 }
 
-/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
-/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
-
-/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
-{
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
-
-/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
-/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
-   two of them is wide, springls are missing or the surface ends. */
-
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
-
-typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;                      /* the tangent frame  */
-    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
-    int count;
-} springls__angular_gaps;
-
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
-{
-    springls__angular_gaps gaps;
-    gaps.e1 = springls__any_tangent(n);
-    gaps.e2 = springls__cross(n, gaps.e1);
-    gaps.count = 0;
-    return gaps;
-}
-
-/* Adds a neighbor at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
-{
-    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
-    int i;
-    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
-    angle = springls__atan2(v, u);
-    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
-    gaps.angle[i] = angle;
-    gaps.count++;
-    return gaps;
-}
-
-/* The two widest gaps (radians), and the direction that halves the widest. */
-typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
-
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
-{
-    const float turn = 6.28318531f;
-    springls__widest_gap widest;
-    float from, middle;
-    int i;
-    widest.angle = turn;
-    widest.second = 0.0f;
-    widest.middle = gaps.e1;
-    if (gaps.count == 0) return widest;
-    from = gaps.angle[gaps.count - 1];
-    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < gaps.count; i++) {
-        float angle = gaps.angle[i] - gaps.angle[i - 1];
-        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
-        if (angle <= widest.angle) continue;
-        widest.angle = angle;
-        from = gaps.angle[i - 1];
-    }
-    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
-    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                  springls__scale(gaps.e2, springls__sinpi(middle)));
-    return widest;
-}
-
-/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
-   two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
-{
-    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
-}
-
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
 /* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as
    functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order
@@ -4895,62 +4993,6 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     return result;
 }
 
-/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
-/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
-
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float d2, within = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
-{
-    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
-    return springls__angular_gaps_widest(gaps);
-}
-
-/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
-   a voxel may break. Particles of both sides count; those right above or below have no direction. */
-SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
-    }
-    return springls__spans_sheet(gaps) != 0;
-}
-
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
@@ -5067,10 +5109,10 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
+/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
 {
-    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
 }
 
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
@@ -6366,9 +6408,10 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
+   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
-                                             springls__v3 normal)
+                                             springls__v3 normal, float side)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -6377,15 +6420,14 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
-                return true;
+            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;
+            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
-   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
-   break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
+   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -6398,8 +6440,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && springls__can_nucleate(phi, f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
@@ -18876,6 +18918,167 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
     "#line 4337 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
+    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
+    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
+    "    float s = r * r;\n",
+    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    if (ay > ax) a = 1.57079633f - a;\n",
+    "    if (x < 0.0f) a = 3.14159265f - a;\n",
+    "    return y < 0.0f ? -a : a;\n",
+    "}\n",
+    "\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
+    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
+    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
+    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
+    "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 4364 \"springls.h\"\n",
+    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
+    "   two of them is wide, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
+    "\n",
+    "typedef struct springls__angular_gaps {\n",
+    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
+    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__angular_gaps;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__angular_gaps gaps;\n",
+    "    gaps.e1 = springls__any_tangent(n);\n",
+    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
+    "    gaps.count = 0;\n",
+    "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
+    "    gaps.angle[i] = angle;\n",
+    "    gaps.count++;\n",
+    "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
+    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
+    "{\n",
+    "    const float turn = 6.28318531f;\n",
+    "    springls__widest_gap widest;\n",
+    "    float from, middle;\n",
+    "    int i;\n",
+    "    widest.angle = turn;\n",
+    "    widest.second = 0.0f;\n",
+    "    widest.middle = gaps.e1;\n",
+    "    if (gaps.count == 0) return widest;\n",
+    "    from = gaps.angle[gaps.count - 1];\n",
+    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < gaps.count; i++) {\n",
+    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
+    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
+    "        if (angle <= widest.angle) continue;\n",
+    "        widest.angle = angle;\n",
+    "        from = gaps.angle[i - 1];\n",
+    "    }\n",
+    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
+    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
+    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "    return widest;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two wide gaps; its end and a drop leave nearly all open. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
+    "{\n",
+    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
+    "}\n",
+    "#line 4434 \"springls.h\"\n",
+    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
+    "\n",
+    "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
+    "#define SPRINGLS__FACING_AGAINST (-0.5f)\n",
+    "\n",
+    "/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the\n",
+    "   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */\n",
+    "SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */\n",
+    "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, nearest = -1;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
+    "        float d2, within = radius + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
+    "            best = d2;\n",
+    "            nearest = i;\n",
+    "        }\n",
+    "    }\n",
+    "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
+    "   `high` above or below its tangent plane. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                             float r, float high)\n",
+    "{\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "    }\n",
+    "    return springls__angular_gaps_widest(gaps);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
+    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
+    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "{\n",
+    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "    }\n",
+    "    return springls__spans_sheet(gaps) != 0;\n",
+    "}\n",
+    "#line 4501 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18916,6 +19119,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */\n",
+    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
+    "    return model->params.keep_thin && springls__across_gap(d, n, m);\n",
+    "}\n",
+    "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
     "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
@@ -18944,7 +19154,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
+    "        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -18958,7 +19168,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4421 \"springls.h\"\n",
+    "#line 4592 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -19055,6 +19265,28 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */\n",
+    "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const int enough = 2, enough_beside = 3;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(s);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
+    "    int other, across = 0, facing = 0, beside = 0;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);\n",
+    "        float d2 = springls__length2(d), ahead = springls__dot(d, n);\n",
+    "        if (other == i || d2 > r * r) continue;\n",
+    "        beside += springls__dot(n, m) > 0.5f;\n",
+    "        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;\n",
+    "        across += springls__across_gap(d, n, m);\n",
+    "        facing++;\n",
+    "    }\n",
+    "    return beside >= enough_beside && across >= enough && 2 * across >= facing;\n",
+    "}\n",
+    "\n",
     "/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near\n",
     "   zero in the projection. */\n",
     "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
@@ -19069,10 +19301,12 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
+    "    bool buried = model->params.project_level_set && springls__is_buried(model, s);\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
+    "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;\n",
-    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;\n",
+    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
+    "        *action = SPRINGLS__REMOVE;\n",
     "    else if (!model->set.mask[i]\n",
     "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -19132,7 +19366,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4596 \"springls.h\"\n",
+    "#line 4791 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19208,102 +19442,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4673 \"springls.h\"\n",
-    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
-    "\n",
-    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
-    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
-    "{\n",
-    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
-    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
-    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
-    "    float s = r * r;\n",
-    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
-    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
-    "    if (ay > ax) a = 1.57079633f - a;\n",
-    "    if (x < 0.0f) a = 3.14159265f - a;\n",
-    "    return y < 0.0f ? -a : a;\n",
-    "}\n",
-    "\n",
-    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
-    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
-    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
-    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
-    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
-    "    return 2.0f * springls__atan2(volume, angle);\n",
-    "}\n",
-    "#line 4700 \"springls.h\"\n",
-    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
-    "   two of them is wide, springls are missing or the surface ends. */\n",
-    "\n",
-    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
-    "\n",
-    "typedef struct springls__angular_gaps {\n",
-    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
-    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
-    "    int count;\n",
-    "} springls__angular_gaps;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
-    "{\n",
-    "    springls__angular_gaps gaps;\n",
-    "    gaps.e1 = springls__any_tangent(n);\n",
-    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
-    "    gaps.count = 0;\n",
-    "    return gaps;\n",
-    "}\n",
-    "\n",
-    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
-    "{\n",
-    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
-    "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
-    "    angle = springls__atan2(v, u);\n",
-    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
-    "    gaps.angle[i] = angle;\n",
-    "    gaps.count++;\n",
-    "    return gaps;\n",
-    "}\n",
-    "\n",
-    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
-    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
-    "{\n",
-    "    const float turn = 6.28318531f;\n",
-    "    springls__widest_gap widest;\n",
-    "    float from, middle;\n",
-    "    int i;\n",
-    "    widest.angle = turn;\n",
-    "    widest.second = 0.0f;\n",
-    "    widest.middle = gaps.e1;\n",
-    "    if (gaps.count == 0) return widest;\n",
-    "    from = gaps.angle[gaps.count - 1];\n",
-    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < gaps.count; i++) {\n",
-    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
-    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
-    "        if (angle <= widest.angle) continue;\n",
-    "        widest.angle = angle;\n",
-    "        from = gaps.angle[i - 1];\n",
-    "    }\n",
-    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
-    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
-    "    return widest;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two wide gaps; its end and a drop leave nearly all open. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
-    "{\n",
-    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
-    "}\n",
-    "#line 4770 \"springls.h\"\n",
+    "#line 4868 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19431,62 +19570,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4899 \"springls.h\"\n",
-    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
-    "\n",
-    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
-    "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    int i, nearest = -1;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float d2, within = radius + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
-    "            best = d2;\n",
-    "            nearest = i;\n",
-    "        }\n",
-    "    }\n",
-    "    return nearest;\n",
-    "}\n",
-    "\n",
-    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
-    "                                                             float r, float high)\n",
-    "{\n",
-    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
-    "    return springls__angular_gaps_widest(gaps);\n",
-    "}\n",
-    "\n",
-    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
-    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
-    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
-    "{\n",
-    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
-    "    return springls__spans_sheet(gaps) != 0;\n",
-    "}\n",
-    "#line 4955 \"springls.h\"\n",
+    "#line 4997 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19501,7 +19585,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4970 \"springls.h\"\n",
+    "#line 5012 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19516,7 +19600,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4986 \"springls.h\"\n",
+    "#line 5028 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19527,7 +19611,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4997 \"springls.h\"\n",
+    "#line 5039 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19542,7 +19626,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5012 \"springls.h\"\n",
+    "#line 5054 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19553,7 +19637,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5023 \"springls.h\"\n",
+    "#line 5065 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19601,10 +19685,10 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
-    "/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)\n",
+    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)\n",
     "{\n",
-    "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
+    "    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
     "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
@@ -19656,7 +19740,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5127 \"springls.h\"\n",
+    "#line 5169 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -20135,7 +20219,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5607 \"springls.h\"\n",
+    "#line 5649 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -20233,7 +20317,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5706 \"springls.h\"\n",
+    "#line 5748 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20362,7 +20446,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5836 \"springls.h\"\n",
+    "#line 5878 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20552,7 +20636,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6027 \"springls.h\"\n",
+    "#line 6069 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20661,7 +20745,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6137 \"springls.h\"\n",
+    "#line 6179 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20894,9 +20978,10 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
+    "   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
-    "                                             springls__v3 normal)\n",
+    "                                             springls__v3 normal, float side)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k;\n",
@@ -20905,15 +20990,14 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
-    "                return true;\n",
+    "            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;\n",
+    "            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
     "        }\n",
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
-    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
-    "   break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a\n",
+    "   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -20926,8 +21010,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)\n",
-    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
+    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
     "    return springls__corrected_phi(phi, f);\n",
@@ -21040,7 +21124,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6517 \"springls.h\"\n",
+    "#line 6559 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21191,7 +21275,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6669 \"springls.h\"\n",
+    "#line 6711 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21221,7 +21305,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6699 \"springls.h\"\n",
+    "#line 6741 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21236,7 +21320,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6715 \"springls.h\"\n",
+    "#line 6757 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21405,7 +21489,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6884 \"springls.h\"\n",
+    "#line 6926 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21420,7 +21504,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6899 \"springls.h\"\n",
+    "#line 6941 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21589,7 +21673,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7068 \"springls.h\"\n",
+    "#line 7110 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21623,7 +21707,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7103 \"springls.h\"\n",
+    "#line 7145 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21731,7 +21815,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7212 \"springls.h\"\n",
+    "#line 7254 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21828,7 +21912,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7310 \"springls.h\"\n",
+    "#line 7352 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21902,7 +21986,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7385 \"springls.h\"\n",
+    "#line 7427 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -22136,7 +22220,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7620 \"springls.h\"\n",
+    "#line 7662 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -22161,7 +22245,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7646 \"springls.h\"\n",
+    "#line 7688 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22419,7 +22503,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7905 \"springls.h\"\n",
+    "#line 7947 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22502,7 +22586,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22506 \"springls.h\"\n",
+    "#line 22590 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
