@@ -17,6 +17,7 @@
 #include "lifecycle/create.h"
 #include "input/shapes.h"
 #include "input/set_mesh.h"
+#include "input/write.h"
 #include "output/attributes.h"
 #include "output/chunks.h"
 #include "output/component_views.h"

@@ -44,7 +44,7 @@
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time.
+        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -231,6 +231,23 @@
    less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
    mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
    springls at edges.
+
+
+   MOTION FROM OUTSIDE
+
+   Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
+   springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
+
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
+                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
+                            they are given; a step divides itself by max_displacement
+
+   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
+   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
+   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+
+   springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
 
 
    ATTRIBUTES
