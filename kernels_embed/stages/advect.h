@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__KERNEL_STAGES_ADVECT_H
 #define SPRINGLS__KERNEL_STAGES_ADVECT_H
 
+#include "../model/confidence.h"
 #include "../model/grid.h"
 #include "../model/model.h"
 
@@ -243,7 +244,7 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
     springls__movers d = springls__displacement(model)[i];
     springls__springl s = model->set.s[i];
     int m;
-    (void)args;
+    if (!args.move.euler) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);
