@@ -1693,11 +1693,7 @@ typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; 
 /* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
 typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;
 
-/* move. euler: 1 for a forward step, which has no error of integration. */
-typedef struct springls__move_arguments { int euler; } springls__move_arguments;
-
 typedef union springls__arguments {
-    springls__move_arguments move;
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;
@@ -3928,21 +3924,12 @@ SPRINGLS__MATHS float springls__error_here(const springls__span *span, float err
     return error * springls__sqrt(springls__sqrt(springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f))));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d: adds that of the Runge-Kutta method, for a
-   motion that turns or stretches as this one does, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d)
+/* Returns the error of a springl whose particle at p has moved with the error `step`: adds that, and that of rounding. */
+SPRINGLS__MATHS float springls__error_of_motion(float error, springls__v3 p, float step)
 {
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    float rate2 = 0.0f;
-    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
-    int m;
-    if (!(springls__length2(d[0]) > 0.0f)) return error;
-    for (m = 0; m < 3; m++) {
-        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
-        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
-    }
-    rate2 = springls__min(rate2, 1.0f);
-    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]);
+    const float rounding = 2e-7f;
+    float r = rounding * springls__max(springls__fabs(p.x), springls__max(springls__fabs(p.y), springls__fabs(p.z)));
+    return springls__sqrt(error * error + r * r) + step;
 }
 
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
@@ -4023,6 +4010,17 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
 {
     springls__v3 middle = springls__add(k2, k3);
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
+}
+
+/* Estimates the error of that step: where slopes differ from a straight line by a part r of themselves, by r^2 of the step. The
+   factor is measured. */
+SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
+{
+    const float factor = 0.08f;
+    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
+    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
+    float off2 = springls__length2(bend) + springls__length2(springls__sub(k3, k2));
+    return speed2 > 0.0f ? factor * springls__fabs(dt) * off2 / springls__sqrt(speed2) : 0.0f;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -4145,7 +4143,10 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
 
-typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
+typedef struct springls__movers {
+    springls__v3 x[SPRINGLS__MOVERS];
+    float error; /* of a displacement: an estimate of that of the particle's integration */
+} springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
 
@@ -4165,6 +4166,7 @@ SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *mode
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
     int m;
+    slope.error = 0.0f;
     slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
     if (!model->params.vertex_velocity) {
         slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
@@ -4197,6 +4199,7 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
     k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
     k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
+    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);
     for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
     return k1;
 }
@@ -4223,6 +4226,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     float d2;
     int m;
     (void)args;
+    at.error = 0.0f;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
     d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
@@ -4240,7 +4244,8 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
     springls__movers d = springls__displacement(model)[i];
     springls__springl s = model->set.s[i];
     int m;
-    if (!args.move.euler) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x);
+    (void)args;
+    if (d.error > 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s.p, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);
@@ -9607,6 +9612,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     springls_batch batch;
+    float error[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
     batch.correspondences = &motion->ctx->model.set.a[first].x;
@@ -9621,6 +9627,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
+        for (i = 0; i < count; i++) error[i] = 0.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
@@ -9628,12 +9635,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
+        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d.error = error[i];
         d = springls__smoothed(g, &motion->rule, s[i].p, d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
@@ -9807,7 +9816,6 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *motion = &ctx->motion;
-    springls__arguments args;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
         SPRINGLS__TRY(springls__displace(motion));
@@ -9820,8 +9828,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    args.move.euler = motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER;
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
@@ -17938,11 +17945,7 @@ static const char *const springls__kernel_lines[] = {
     "/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */\n",
     "typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;\n",
     "\n",
-    "/* move. euler: 1 for a forward step, which has no error of integration. */\n",
-    "typedef struct springls__move_arguments { int euler; } springls__move_arguments;\n",
-    "\n",
     "typedef union springls__arguments {\n",
-    "    springls__move_arguments move;\n",
     "    springls__contract_arguments contract;\n",
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
@@ -17962,7 +17965,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1722 \"springls.h\"\n",
+    "#line 1718 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -18045,7 +18048,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1806 \"springls.h\"\n",
+    "#line 1802 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -18121,7 +18124,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1883 \"springls.h\"\n",
+    "#line 1879 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -18140,7 +18143,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1903 \"springls.h\"\n",
+    "#line 1899 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18155,7 +18158,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1919 \"springls.h\"\n",
+    "#line 1915 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18279,7 +18282,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2043 \"springls.h\"\n",
+    "#line 2039 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -18305,7 +18308,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2070 \"springls.h\"\n",
+    "#line 2066 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -18456,7 +18459,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2222 \"springls.h\"\n",
+    "#line 2218 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18471,7 +18474,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2237 \"springls.h\"\n",
+    "#line 2233 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18595,14 +18598,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2361 \"springls.h\"\n",
+    "#line 2357 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2369 \"springls.h\"\n",
+    "#line 2365 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -18614,7 +18617,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2381 \"springls.h\"\n",
+    "#line 2377 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18629,7 +18632,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2397 \"springls.h\"\n",
+    "#line 2393 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -18673,7 +18676,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2441 \"springls.h\"\n",
+    "#line 2437 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18688,7 +18691,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2456 \"springls.h\"\n",
+    "#line 2452 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -18732,7 +18735,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2500 \"springls.h\"\n",
+    "#line 2496 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -18804,7 +18807,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2572 \"springls.h\"\n",
+    "#line 2568 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18819,7 +18822,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2588 \"springls.h\"\n",
+    "#line 2584 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -18882,7 +18885,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2651 \"springls.h\"\n",
+    "#line 2647 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18897,7 +18900,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2666 \"springls.h\"\n",
+    "#line 2662 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -18960,7 +18963,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2730 \"springls.h\"\n",
+    "#line 2726 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -19278,7 +19281,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3049 \"springls.h\"\n",
+    "#line 3045 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -19697,7 +19700,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3469 \"springls.h\"\n",
+    "#line 3465 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -19873,7 +19876,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 3646 \"springls.h\"\n",
+    "#line 3642 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -20042,7 +20045,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3816 \"springls.h\"\n",
+    "#line 3812 \"springls.h\"\n",
     "/* confidence.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes with a split\n",
     "   or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -20158,23 +20161,14 @@ static const char *const springls__kernel_lines[] = {
     "    return error * springls__sqrt(springls__sqrt(springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f))));\n",
     "}\n",
     "\n",
-    "/* Returns the error of springl s after its particle and vertices have moved by d: adds that of the Runge-Kutta method, for a\n",
-    "   motion that turns or stretches as this one does, and that of rounding. */\n",
-    "SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d)\n",
+    "/* Returns the error of a springl whose particle at p has moved with the error `step`: adds that, and that of rounding. */\n",
+    "SPRINGLS__MATHS float springls__error_of_motion(float error, springls__v3 p, float step)\n",
     "{\n",
-    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
-    "    float rate2 = 0.0f;\n",
-    "    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));\n",
-    "    int m;\n",
-    "    if (!(springls__length2(d[0]) > 0.0f)) return error;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float arm2 = springls__length2(springls__sub(s.q[m], s.p));\n",
-    "        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);\n",
-    "    }\n",
-    "    rate2 = springls__min(rate2, 1.0f);\n",
-    "    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]);\n",
+    "    const float rounding = 2e-7f;\n",
+    "    float r = rounding * springls__max(springls__fabs(p.x), springls__max(springls__fabs(p.y), springls__fabs(p.z)));\n",
+    "    return springls__sqrt(error * error + r * r) + step;\n",
     "}\n",
-    "#line 3949 \"springls.h\"\n",
+    "#line 3936 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -20183,7 +20177,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3958 \"springls.h\"\n",
+    "#line 3945 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20198,7 +20192,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3974 \"springls.h\"\n",
+    "#line 3961 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20211,7 +20205,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3987 \"springls.h\"\n",
+    "#line 3974 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20226,7 +20220,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4002 \"springls.h\"\n",
+    "#line 3989 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20239,7 +20233,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 4015 \"springls.h\"\n",
+    "#line 4002 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -20251,6 +20245,17 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__v3 middle = springls__add(k2, k3);\n",
     "    return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step: where slopes differ from a straight line by a part r of themselves, by r^2 of the step. The\n",
+    "   factor is measured. */\n",
+    "SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)\n",
+    "{\n",
+    "    const float factor = 0.08f;\n",
+    "    springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));\n",
+    "    float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));\n",
+    "    float off2 = springls__length2(bend) + springls__length2(springls__sub(k3, k2));\n",
+    "    return speed2 > 0.0f ? factor * springls__fabs(dt) * off2 / springls__sqrt(speed2) : 0.0f;\n",
     "}\n",
     "\n",
     "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -20373,7 +20378,10 @@ static const char *const springls__kernel_lines[] = {
     "/* The points of a springl that move: its particle, and its vertices. */\n",
     "#define SPRINGLS__MOVERS 4\n",
     "\n",
-    "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
+    "typedef struct springls__movers {\n",
+    "    springls__v3 x[SPRINGLS__MOVERS];\n",
+    "    float error; /* of a displacement: an estimate of that of the particle's integration */\n",
+    "} springls__movers;\n",
     "\n",
     "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
     "\n",
@@ -20393,6 +20401,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
     "    int m;\n",
+    "    slope.error = 0.0f;\n",
     "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
     "    if (!model->params.vertex_velocity) {\n",
     "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
@@ -20425,6 +20434,7 @@ static const char *const springls__kernel_lines[] = {
     "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
     "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
     "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
+    "    k1.error = springls__rk4_error(k1.x[0], k2.x[0], k3.x[0], k4.x[0], rule->dt);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
     "    return k1;\n",
     "}\n",
@@ -20451,6 +20461,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2;\n",
     "    int m;\n",
     "    (void)args;\n",
+    "    at.error = 0.0f;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
     "    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));\n",
@@ -20468,12 +20479,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__movers d = springls__displacement(model)[i];\n",
     "    springls__springl s = model->set.s[i];\n",
     "    int m;\n",
-    "    if (!args.move.euler) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x);\n",
+    "    (void)args;\n",
+    "    if (d.error > 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s.p, d.error);\n",
     "    s.p = springls__add(s.p, d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4738 \"springls.h\"\n",
+    "#line 4743 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -20499,7 +20511,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4765 \"springls.h\"\n",
+    "#line 4770 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -20568,7 +20580,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4835 \"springls.h\"\n",
+    "#line 4840 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -20634,7 +20646,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4902 \"springls.h\"\n",
+    "#line 4907 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -20724,7 +20736,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4993 \"springls.h\"\n",
+    "#line 4998 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -20922,7 +20934,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 5192 \"springls.h\"\n",
+    "#line 5197 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -20998,7 +21010,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5269 \"springls.h\"\n",
+    "#line 5274 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -21013,7 +21025,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5284 \"springls.h\"\n",
+    "#line 5289 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21028,7 +21040,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5300 \"springls.h\"\n",
+    "#line 5305 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21039,7 +21051,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5311 \"springls.h\"\n",
+    "#line 5316 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21054,7 +21066,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5326 \"springls.h\"\n",
+    "#line 5331 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21065,7 +21077,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5337 \"springls.h\"\n",
+    "#line 5342 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -21168,7 +21180,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5441 \"springls.h\"\n",
+    "#line 5446 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -21647,7 +21659,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5921 \"springls.h\"\n",
+    "#line 5926 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -21749,7 +21761,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 6024 \"springls.h\"\n",
+    "#line 6029 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -21880,7 +21892,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, seed.p, seed.n, seed.a, model->set.count);\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6156 \"springls.h\"\n",
+    "#line 6161 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -22070,7 +22082,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6347 \"springls.h\"\n",
+    "#line 6352 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -22181,7 +22193,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6459 \"springls.h\"\n",
+    "#line 6464 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -22560,7 +22572,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6839 \"springls.h\"\n",
+    "#line 6844 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -22711,7 +22723,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6991 \"springls.h\"\n",
+    "#line 6996 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -22741,7 +22753,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7021 \"springls.h\"\n",
+    "#line 7026 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22756,7 +22768,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7037 \"springls.h\"\n",
+    "#line 7042 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -22925,7 +22937,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7206 \"springls.h\"\n",
+    "#line 7211 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22940,7 +22952,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7221 \"springls.h\"\n",
+    "#line 7226 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23109,7 +23121,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7390 \"springls.h\"\n",
+    "#line 7395 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -23143,7 +23155,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7425 \"springls.h\"\n",
+    "#line 7430 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -23262,7 +23274,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7545 \"springls.h\"\n",
+    "#line 7550 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -23359,7 +23371,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7643 \"springls.h\"\n",
+    "#line 7648 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -23433,7 +23445,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7718 \"springls.h\"\n",
+    "#line 7723 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -23667,7 +23679,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7953 \"springls.h\"\n",
+    "#line 7958 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -23692,7 +23704,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7979 \"springls.h\"\n",
+    "#line 7984 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -23950,7 +23962,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8238 \"springls.h\"\n",
+    "#line 8243 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -24035,7 +24047,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 24039 \"springls.h\"\n",
+    "#line 24051 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -57,11 +57,7 @@ typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; 
 /* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
 typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;
 
-/* move. euler: 1 for a forward step, which has no error of integration. */
-typedef struct springls__move_arguments { int euler; } springls__move_arguments;
-
 typedef union springls__arguments {
-    springls__move_arguments move;
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;

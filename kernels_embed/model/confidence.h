@@ -119,21 +119,12 @@ SPRINGLS__MATHS float springls__error_here(const springls__span *span, float err
     return error * springls__sqrt(springls__sqrt(springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f))));
 }
 
-/* Returns the error of springl s after its particle and vertices have moved by d: adds that of the Runge-Kutta method, for a
-   motion that turns or stretches as this one does, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d)
+/* Returns the error of a springl whose particle at p has moved with the error `step`: adds that, and that of rounding. */
+SPRINGLS__MATHS float springls__error_of_motion(float error, springls__v3 p, float step)
 {
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    float rate2 = 0.0f;
-    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
-    int m;
-    if (!(springls__length2(d[0]) > 0.0f)) return error;
-    for (m = 0; m < 3; m++) {
-        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
-        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
-    }
-    rate2 = springls__min(rate2, 1.0f);
-    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]);
+    const float rounding = 2e-7f;
+    float r = rounding * springls__max(springls__fabs(p.x), springls__max(springls__fabs(p.y), springls__fabs(p.z)));
+    return springls__sqrt(error * error + r * r) + step;
 }
 
 #endif

@@ -185,6 +185,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
     springls_batch batch;
+    float error[SPRINGLS__ADVECT_BLOCK];
     int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
     memset(&batch, 0, sizeof batch);
     batch.correspondences = &motion->ctx->model.set.a[first].x;
@@ -199,6 +200,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
+        for (i = 0; i < count; i++) error[i] = 0.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
@@ -206,12 +208,14 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
+        for (i = 0; i < count; i++) error[i] = springls__rk4_error(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d.error = error[i];
         d = springls__smoothed(g, &motion->rule, s[i].p, d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
@@ -385,7 +389,6 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *motion = &ctx->motion;
-    springls__arguments args;
     int count = ctx->model.set.count;
     if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
         SPRINGLS__TRY(springls__displace(motion));
@@ -398,8 +401,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
-    args.move.euler = motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER;
-    springls__run(ctx, SPRINGLS__KERNEL_move, count, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, NULL);
     ctx->stats.largest_displacement = motion->moved;
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
