@@ -106,25 +106,35 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
                           + sums.error2 / sums.weight);
 }
 
-/* Returns what a springl's error on the original surface is here: a part of it has grown as lengths have. Errors are made where the
-   surface is stretched already, so that it is less than that; the fourth root is the measured mean. */
-SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error)
+/* Returns what an error on the original surface is here: it has grown as lengths have. That of a split or fill has been made where
+   the surface is stretched already, and is less: the fourth root of that is measured. */
+SPRINGLS__MATHS float springls__error_here(const springls__span *span, float error, int original)
 {
-    float a = 1.0f, b = 1.0f, c = 1.0f;
+    float a = 1.0f, b = 1.0f, c = 1.0f, growth;
     if (span->solution.terms) {
         a = 1.0f / span->shrink[0];
         b = 1.0f / span->shrink[1];
         c = span->shrink[0] * span->shrink[1];
     }
-    return error * springls__sqrt(springls__sqrt(springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f))));
+    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));
+    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));
 }
 
-/* Returns the error of a springl whose particle at p has moved with the error `step`: adds that, and that of rounding. */
-SPRINGLS__MATHS float springls__error_of_motion(float error, springls__v3 p, float step)
+/* Returns the error of springl s after its particle and vertices have moved by d, with the error `step` by the particle's slopes: adds
+   that, that of a motion that turns or stretches as this one does, and that of rounding. */
+SPRINGLS__MATHS float springls__error_of_motion(float error, springls__springl s, const springls__v3 *d, float step)
 {
-    const float rounding = 2e-7f;
-    float r = rounding * springls__max(springls__fabs(p.x), springls__max(springls__fabs(p.y), springls__fabs(p.z)));
-    return springls__sqrt(error * error + r * r) + step;
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    float r = rounding * springls__max(springls__fabs(s.p.x), springls__max(springls__fabs(s.p.y), springls__fabs(s.p.z)));
+    float rate2 = 0.0f;
+    int m;
+    if (!(springls__length2(d[0]) > 0.0f)) return error;
+    for (m = 0; m < 3; m++) {
+        float arm2 = springls__length2(springls__sub(s.q[m], s.p));
+        if (arm2 > 1e-4f) rate2 = springls__max(rate2, springls__length2(springls__sub(d[m + 1], d[0])) / arm2);
+    }
+    rate2 = springls__min(rate2, 1.0f);
+    return springls__sqrt(error * error + r * r) + order * rate2 * rate2 * springls__length(d[0]) + step;
 }
 
 #endif

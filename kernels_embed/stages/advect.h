@@ -29,15 +29,15 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
     return springls__scale(springls__add(springls__add(k1, k4), springls__scale(middle, 2.0f)), dt * (1.0f / 6.0f));
 }
 
-/* Estimates the error of that step: where slopes differ from a straight line by a part r of themselves, by r^2 of the step. The
-   factor is measured. */
+/* Estimates the error of that step from the slopes: by how much those at half time differ, and by how much all bend, in squares
+   relative to themselves. Where the motion is linear in space the error is 16/120 of the first. The factors are measured. */
 SPRINGLS__MATHS float springls__rk4_error(springls__v3 k1, springls__v3 k2, springls__v3 k3, springls__v3 k4, float dt)
 {
-    const float factor = 0.08f;
+    const float half_time = 0.1f, all = 0.04f;
     springls__v3 bend = springls__sub(springls__add(k1, k4), springls__add(k2, k3));
     float speed2 = springls__max(springls__max(springls__length2(k1), springls__length2(k2)), springls__length2(k4));
-    float off2 = springls__length2(bend) + springls__length2(springls__sub(k3, k2));
-    return speed2 > 0.0f ? factor * springls__fabs(dt) * off2 / springls__sqrt(speed2) : 0.0f;
+    float sum = half_time * springls__length2(springls__sub(k3, k2)) + all * springls__length2(bend);
+    return speed2 > 0.0f ? springls__fabs(dt) * sum / springls__sqrt(speed2) : 0.0f;
 }
 
 /* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
@@ -162,7 +162,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 
 typedef struct springls__movers {
     springls__v3 x[SPRINGLS__MOVERS];
-    float error; /* of a displacement: an estimate of that of the particle's integration */
+    float error; /* of a displacement: an estimate of that of the particle's integration; negative: of a forward step */
 } springls__movers;
 
 #define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
@@ -211,6 +211,7 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     int m;
     if (rule->euler) {
         for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
+        k1.error = -1.0f;
         return k1;
     }
     k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
@@ -262,7 +263,7 @@ SPRINGLS__MATHS void springls__move_element(const springls__model *model, spring
     springls__springl s = model->set.s[i];
     int m;
     (void)args;
-    if (d.error > 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s.p, d.error);
+    if (d.error >= 0.0f) model->set.error[i] = springls__error_of_motion(model->set.error[i], s, d.x, d.error);
     s.p = springls__add(s.p, d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
     model->set.s[i] = springls__springl_finished(s);

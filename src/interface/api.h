@@ -734,14 +734,14 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
    few times the error of most. place: of the particle, from where the motion takes its correspondence. correspondence: from where
    the particle has come from, on the original surface. They hold for what advances the model: errors of splits and fills, and of
    integration and rounding; not for errors of forces. A particle that SPRINGLS_INTEGRATOR_EULER moves counts as exact. */
-typedef struct springls_confidence { float place, correspondence; } springls_confidence;
+typedef struct springls_error_estimate { float place, correspondence; } springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */
-SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out);
+SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out);
 
 /* Estimates the errors of the vertices of a mesh that springls_extract_mesh or _extract_soup made of the model as it is now, and
    of their correspondences. Completes a step in progress. */
-SPRINGLS_API springls_status springls_mesh_confidence(springls_context *ctx, const springls_mesh *mesh, springls_confidence *out);
+SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out);
 
 /* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 

@@ -13,16 +13,16 @@
 typedef struct springls__confidence_job {
     const springls_context *ctx;
     const springls_mesh *mesh;
-    springls_confidence *out;
+    springls_error_estimate *out;
 } springls__confidence_job;
 
 /* Makes both numbers of an error on the original surface, at a place x that faces n. */
-SPRINGLS__FN springls_confidence springls__confidence_of(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a,
-                                                         float error)
+SPRINGLS__FN springls_error_estimate springls__confidence_of(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a,
+                                                         float error, bool original)
 {
     springls__span span = springls__span_at(model, x, n, a, model->set.count);
-    springls_confidence confidence;
-    confidence.place = SPRINGLS__SURE * springls__error_here(&span, error);
+    springls_error_estimate confidence;
+    confidence.place = SPRINGLS__SURE * springls__error_here(&span, error, original);
     confidence.correspondence = SPRINGLS__SURE * error;
     return confidence;
 }
@@ -33,7 +33,8 @@ SPRINGLS__FN void springls__springl_confidence_task(void *arg, int begin, int en
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++)
         job->out[begin] = springls__confidence_of(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
-                                                  model->set.a[begin], model->set.error[begin]);
+                                                  model->set.a[begin], model->set.error[begin],
+                                                  (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
 }
 
 /* Treats vertices as springls that are born there. */
@@ -49,7 +50,7 @@ SPRINGLS__FN void springls__mesh_confidence_task(void *arg, int begin, int end)
         springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
         if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
         job->out[begin] = springls__confidence_of(&ctx->model, x, n, a,
-                                                  springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count));
+                                                  springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
     }
 }
 
@@ -65,23 +66,23 @@ SPRINGLS__FN springls_status springls__run_confidence(springls_context *ctx, int
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out)
+SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
 {
     springls__confidence_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_confidence: out is NULL");
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
     job.mesh = NULL;
     job.out = out;
     return springls__run_confidence(ctx, ctx->model.set.count, springls__springl_confidence_task, &job);
 }
 
-SPRINGLS_API springls_status springls_mesh_confidence(springls_context *ctx, const springls_mesh *mesh, springls_confidence *out)
+SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
 {
     springls__confidence_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_confidence: mesh or out is NULL");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: mesh or out is NULL");
     job.mesh = mesh;
     job.out = out;
     return springls__run_confidence(ctx, mesh->vertex_count, springls__mesh_confidence_task, &job);

@@ -200,7 +200,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
-        for (i = 0; i < count; i++) error[i] = 0.0f;
+        for (i = 0; i < count; i++) error[i] = -1.0f;
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
         springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);

@@ -174,13 +174,13 @@ static void measure_confidence(struct course *course, double time, enum motion_f
     const springls_view a = problem_view(course, springls_view_correspondences(course->ctx), 1);
     const int count = p.count;
     double *moved = room(3 * (size_t)count + 1, sizeof(double)), *ratios = room((size_t)count + 1, sizeof(double));
-    springls_confidence *estimates = room((size_t)count + 1, sizeof *estimates);
+    springls_error_estimate *estimates = room((size_t)count + 1, sizeof *estimates);
     int within = 0;
     for (int i = 0; i < 3 * count; ++i) {
         moved[i] = (double)((const float *)(const void *)((const char *)a.data + (size_t)(i / 3) * a.stride))[i % 3];
     }
     benchmark_flow(&course->motion->problem, time, moved, count);
-    if (count > 0 && springls_get_confidence(course->ctx, estimates) == SPRINGLS_OK) {
+    if (count > 0 && springls_springl_errors(course->ctx, estimates) == SPRINGLS_OK) {
         for (int i = 0; i < count; ++i) {
             const float *x = (const float *)(const void *)((const char *)p.data + (size_t)i * p.stride);
             const double dx = (double)x[0] - moved[3 * i], dy = (double)x[1] - moved[3 * i + 1], dz = (double)x[2] - moved[3 * i + 2];
