@@ -7,7 +7,7 @@
 #include "fit.h"
 #include "model.h"
 
-#define SPRINGLS__SURE 1.4f /* errors by which 95 % of springls are right, on the motions that tests and benchmarks have */
+#define SPRINGLS__SURE 1.5f /* errors by which 95 % of springls are right, on the motions that tests and benchmarks have */
 #define SPRINGLS__UNKNOWN_ERROR 1.0f /* voxels: of a springl with too few neighbors for a fit */
 
 /* The surface around a place as its springls span it, for estimates. */
