@@ -89,11 +89,13 @@
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
+     >>set_reference        src/input/set_reference.h
+     >>set_level_set        src/input/set_level_set.h
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
-     >>set_level_set        src/input/set_level_set.h
+     >>set_springls         src/input/set_springls.h
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
@@ -565,6 +567,7 @@
   #define springls_implicit_notched_sphere SPRINGLS__NAME(springls_implicit_notched_sphere)
   #define springls_set_springls SPRINGLS__NAME(springls_set_springls)
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
+  #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
   #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
@@ -899,7 +902,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, springls_write and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
+   that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
    welded. */
@@ -964,13 +968,23 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
+   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
 /* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+   its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
+   coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
+   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report);
 
 /* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
    as in views, 9 floats of vertices and 3 of the particle a springl.
@@ -12756,179 +12770,6 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
     }
 }
 
-/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads the indexed meshes that callers pass. */
-
-/* Returns position i of an array whose positions are `stride` bytes apart. */
-SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
-{
-    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
-}
-
-/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
-SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
-
-/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
-/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
-
-/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
-{
-    springls__dipole d;
-    springls__tri t;
-    if (!node->count) return surface->dipoles[node->first + i];
-    memset(&d, 0, sizeof d);
-    t = springls__surface_triangle(surface, surface->order[node->first + i]);
-    d.center = springls__tri_centroid(t);
-    d.area = springls__scale(springls__tri_area2(t), 0.5f);
-    d.weight = springls__length(d.area);
-    return d;
-}
-
-/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
-SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
-{
-    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
-                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
-                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
-}
-
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
-SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
-{
-    int n, i;
-    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
-    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
-    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
-        const springls__bvh_node *node = &surface->nodes[n];
-        springls__dipole *d = &surface->dipoles[n];
-        memset(d, 0, sizeof *d);
-        for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole child = springls__dipole_child(surface, node, i);
-            d->area = springls__add(d->area, child.area);
-            d->center = springls__mad(d->center, child.center, child.weight);
-            d->weight += child.weight;
-        }
-        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
-        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
-        d->radius2 = springls__dipole_radius2(node, d->center);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
-   one. A node further away than `accuracy` times its radius counts as one directed area. */
-SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
-{
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    double sum = 0.0;
-    if (!surface->count) return 0.0f;
-    stack[top++] = 0;
-    while (top) {
-        int n = stack[--top];
-        const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        springls__v3 to = springls__sub(d->center, x);
-        float d2 = springls__length2(to);
-        if (d2 > accuracy * accuracy * d->radius2) {
-            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
-        } else if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-        } else {
-            for (i = 0; i < node->count; i++) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                sum += (double)springls__solid_angle(t, x);
-            }
-        }
-    }
-    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
-}
-
-/* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
-/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
-
-typedef struct springls__mesh_distance {
-    const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
-    float band;    /* where phi is clamped, voxels */
-} springls__mesh_distance;
-
-SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
-{
-    const springls__bvh_node *n = &surface->nodes[0];
-    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
-           || x.z > n->upper[2];
-}
-
-/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
-   does not count, so that away from holes phi is the plain distance. */
-SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
-{
-    float w;
-    if (m->balanced) {
-        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
-        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
-    }
-    w = springls__surface_winding(m->surface, x, 2.5f);
-    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
-}
-
-enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
-
-/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
-   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
-                                        float distance, float *side)
-{
-    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
-    float known = 0.0f;
-    int b;
-    for (b = 0; b < 3; b++) {
-        int j = i - back[b];
-        float apart, past;
-        if (j < 0) continue;
-        past = sides[j % SPRINGLS__MESH_RING];
-        if (past != 1.0f && past != -1.0f) continue;
-        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
-        if (distance + springls__fabs(out[j]) <= apart) continue;
-        *side = past;
-        known = springls__max(known, springls__fabs(out[j]) - apart);
-    }
-    return known;
-}
-
-/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
-   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
-   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
-   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
-SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
-{
-    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
-    int i, guess = -1;
-    if (voxels) search = m->band + 3.0f;
-    else if (m->balanced) search = m->band + 8.0f;
-    for (i = 0; i < count; i++) {
-        springls__surface_hit h;
-        bool computed = false;
-        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
-        if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->surface, points[i], search, guess);
-            if (h.triangle >= 0) guess = h.triangle;
-            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
-            computed = side == 0.0f;
-            if (computed) side = springls__mesh_side(m, points[i]);
-        } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
-        out[i] = side * distance;
-    }
-}
-
 /* ======== >>set_level_set  (src/input/set_level_set.h) ========================================================= */
 /* set_level_set.h - builds models from signed distances, level sets, labels and thresholds, and their initial springls. */
 
@@ -13405,75 +13246,177 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     return springls__set_voxels(ctx, springls__threshold_value, &source);
 }
 
-SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
+
+/* Returns position i of an array whose positions are `stride` bytes apart. */
+SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
 {
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__make_original(ctx));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
+}
+
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
+SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+
+/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
+/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
+
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
+{
+    springls__dipole d;
+    springls__tri t;
+    if (!node->count) return surface->dipoles[node->first + i];
+    memset(&d, 0, sizeof d);
+    t = springls__surface_triangle(surface, surface->order[node->first + i]);
+    d.center = springls__tri_centroid(t);
+    d.area = springls__scale(springls__tri_area2(t), 0.5f);
+    d.weight = springls__length(d.area);
+    return d;
+}
+
+/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
+SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
+{
+    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
+                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
+                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
+}
+
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
+{
+    int n, i;
+    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
+    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
+        const springls__bvh_node *node = &surface->nodes[n];
+        springls__dipole *d = &surface->dipoles[n];
+        memset(d, 0, sizeof *d);
+        for (i = 0; i < (node->count ? node->count : 2); i++) {
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
+        }
+        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
+        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
+        d->radius2 = springls__dipole_radius2(node, d->center);
+    }
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
+   one. A node further away than `accuracy` times its radius counts as one directed area. */
+SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
 {
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
-    return SPRINGLS_OK;
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    double sum = 0.0;
+    if (!surface->count) return 0.0f;
+    stack[top++] = 0;
+    while (top) {
+        int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        springls__v3 to = springls__sub(d->center, x);
+        float d2 = springls__length2(to);
+        if (d2 > accuracy * accuracy * d->radius2) {
+            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
+        } else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++) {
+                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
+                sum += (double)springls__solid_angle(t, x);
+            }
+        }
+    }
+    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
 
-SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                      const float *correspondences, int count)
+/* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
+
+typedef struct springls__mesh_distance {
+    const springls__surface *surface;
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
+} springls__mesh_distance;
+
+SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
 {
-    int i;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "set_springls: vertices is NULL, or the count %d is out of range", count);
-    for (i = 0; i < count; i++)
-        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
-            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
-            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
-    return SPRINGLS_OK;
+    const springls__bvh_node *n = &surface->nodes[0];
+    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
+           || x.z > n->upper[2];
 }
 
-/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
-SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                     int count)
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
+SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
-    int i, m;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    float w;
+    if (m->balanced) {
+        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
+        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
+    }
+    w = springls__surface_winding(m->surface, x, 2.5f);
+    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
+}
+
+enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
+                                        float distance, float *side)
+{
+    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
+    float known = 0.0f;
+    int b;
+    for (b = 0; b < 3; b++) {
+        int j = i - back[b];
+        float apart, past;
+        if (j < 0) continue;
+        past = sides[j % SPRINGLS__MESH_RING];
+        if (past != 1.0f && past != -1.0f) continue;
+        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
+        if (distance + springls__fabs(out[j]) <= apart) continue;
+        *side = past;
+        known = springls__max(known, springls__fabs(out[j]) - apart);
+    }
+    return known;
+}
+
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
+SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
+    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
+    bool reuse = voxels || m->balanced;
+    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
+    int i, guess = -1;
+    if (voxels) search = m->band + 3.0f;
+    else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
-        springls__springl s;
-        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
-        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
+        springls__surface_hit h;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
+        if (!voxels || known < m->band + 0.1f) {
+            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            if (h.triangle >= 0) guess = h.triangle;
+            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
+        } else distance = known;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
+        out[i] = side * distance;
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
-    for (i = 0; i < 4; i++) {
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
-    }
-    return springls__make_original(ctx);
-}
-
-SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                   const float *correspondences, int count)
-{
-    springls_status status;
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
-    springls__clear_model(ctx);
-    status = springls__take_springls(ctx, vertices, particles, count);
-    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
-    return springls__clear_on_failure(ctx, status);
 }
 
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
@@ -13971,6 +13914,135 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     status = springls__mesh_take(ctx, &intake, positions, position_count, stride, triangles, triangle_count, report);
     springls__mesh_intake_free(ctx, &intake);
     return status;
+}
+
+/* ======== >>set_reference  (src/input/set_reference.h) ========================================================= */
+/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+
+SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    SPRINGLS__TRY(springls__make_original(ctx));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return SPRINGLS_OK;
+}
+
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
+           + surface->source_memory.bytes;
+}
+
+/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
+   model's surface in exchange. */
+SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
+{
+    const springls__grid *from = &other->model.reference;
+    springls__grid *to = &ctx->model.reference;
+    springls__surface original = ctx->original;
+    size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
+    memcpy(to->top, from->top, springls__brick_count(from) * sizeof *from->top);
+    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
+    to->slot_count = from->slot_count;
+    to->far_value = from->far_value;
+    ctx->original = other->original;
+    other->original = original;
+    ctx->memory_used = ctx->memory_used - own + taken;
+    other->memory_used = other->memory_used - taken + own;
+    ctx->reference_stamp = 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report)
+{
+    springls_context *other;
+    springls_desc desc;
+    springls_status status;
+    if (report) memset(report, 0, sizeof *report);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference_mesh: there are no springls");
+    desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, &other) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
+    if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
+    else status = springls__use_host(ctx, true);
+    if (status == SPRINGLS_OK) status = springls__take_reference(ctx, other);
+    springls_destroy(other);
+    return status;
+}
+
+/* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
+/* set_springls.h - models from springls themselves, and which of them relax. */
+
+SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                      const float *correspondences, int count)
+{
+    int i;
+    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    for (i = 0; i < count; i++)
+        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
+            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
+            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
+SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                     int count)
+{
+    int i, m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    for (i = 0; i < count; i++) {
+        springls__springl s;
+        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
+        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    for (i = 0; i < 4; i++) {
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    }
+    return springls__make_original(ctx);
+}
+
+SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                   const float *correspondences, int count)
+{
+    springls_status status;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
+    springls__clear_model(ctx);
+    status = springls__take_springls(ctx, vertices, particles, count);
+    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
+        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
+    return springls__clear_on_failure(ctx, status);
 }
 
 /* ======== >>write  (src/input/write.h) ========================================================================= */
@@ -16543,7 +16615,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 733 \"springls.h\"\n",
+    "#line 736 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16640,7 +16712,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1562 \"springls.h\"\n",
+    "#line 1576 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16718,7 +16790,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1641 \"springls.h\"\n",
+    "#line 1655 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16799,7 +16871,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1723 \"springls.h\"\n",
+    "#line 1737 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16875,7 +16947,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1800 \"springls.h\"\n",
+    "#line 1814 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16894,7 +16966,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1820 \"springls.h\"\n",
+    "#line 1834 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16909,7 +16981,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1836 \"springls.h\"\n",
+    "#line 1850 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17033,7 +17105,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1960 \"springls.h\"\n",
+    "#line 1974 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -17059,7 +17131,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1987 \"springls.h\"\n",
+    "#line 2001 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -17210,7 +17282,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2139 \"springls.h\"\n",
+    "#line 2153 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17225,7 +17297,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2154 \"springls.h\"\n",
+    "#line 2168 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17349,14 +17421,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2278 \"springls.h\"\n",
+    "#line 2292 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2286 \"springls.h\"\n",
+    "#line 2300 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17368,7 +17440,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2298 \"springls.h\"\n",
+    "#line 2312 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17383,7 +17455,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2314 \"springls.h\"\n",
+    "#line 2328 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17427,7 +17499,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2358 \"springls.h\"\n",
+    "#line 2372 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17442,7 +17514,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2373 \"springls.h\"\n",
+    "#line 2387 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17486,7 +17558,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2417 \"springls.h\"\n",
+    "#line 2431 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17558,7 +17630,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2489 \"springls.h\"\n",
+    "#line 2503 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17573,7 +17645,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2505 \"springls.h\"\n",
+    "#line 2519 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17636,7 +17708,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2568 \"springls.h\"\n",
+    "#line 2582 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17651,7 +17723,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2583 \"springls.h\"\n",
+    "#line 2597 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17714,7 +17786,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2647 \"springls.h\"\n",
+    "#line 2661 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -18023,7 +18095,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2957 \"springls.h\"\n",
+    "#line 2971 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -18442,7 +18514,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3377 \"springls.h\"\n",
+    "#line 3391 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18451,7 +18523,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3386 \"springls.h\"\n",
+    "#line 3400 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18466,7 +18538,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3402 \"springls.h\"\n",
+    "#line 3416 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18479,7 +18551,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3415 \"springls.h\"\n",
+    "#line 3429 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18494,7 +18566,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3430 \"springls.h\"\n",
+    "#line 3444 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18507,7 +18579,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3443 \"springls.h\"\n",
+    "#line 3457 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18741,7 +18813,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4160 \"springls.h\"\n",
+    "#line 4174 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18917,7 +18989,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4337 \"springls.h\"\n",
+    "#line 4351 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18943,7 +19015,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4364 \"springls.h\"\n",
+    "#line 4378 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -19012,7 +19084,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4434 \"springls.h\"\n",
+    "#line 4448 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -19078,7 +19150,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4501 \"springls.h\"\n",
+    "#line 4515 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -19168,7 +19240,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4592 \"springls.h\"\n",
+    "#line 4606 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -19366,7 +19438,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4791 \"springls.h\"\n",
+    "#line 4805 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19442,7 +19514,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4868 \"springls.h\"\n",
+    "#line 4882 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19570,7 +19642,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4997 \"springls.h\"\n",
+    "#line 5011 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19585,7 +19657,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5012 \"springls.h\"\n",
+    "#line 5026 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19600,7 +19672,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5028 \"springls.h\"\n",
+    "#line 5042 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19611,7 +19683,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5039 \"springls.h\"\n",
+    "#line 5053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19626,7 +19698,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5054 \"springls.h\"\n",
+    "#line 5068 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19637,7 +19709,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5065 \"springls.h\"\n",
+    "#line 5079 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19740,7 +19812,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5169 \"springls.h\"\n",
+    "#line 5183 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -20219,7 +20291,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5649 \"springls.h\"\n",
+    "#line 5663 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -20317,7 +20389,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5748 \"springls.h\"\n",
+    "#line 5762 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20446,7 +20518,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5878 \"springls.h\"\n",
+    "#line 5892 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20636,7 +20708,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6069 \"springls.h\"\n",
+    "#line 6083 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20745,7 +20817,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6179 \"springls.h\"\n",
+    "#line 6193 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -21124,7 +21196,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6559 \"springls.h\"\n",
+    "#line 6573 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21275,7 +21347,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6711 \"springls.h\"\n",
+    "#line 6725 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21305,7 +21377,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6741 \"springls.h\"\n",
+    "#line 6755 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21320,7 +21392,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6757 \"springls.h\"\n",
+    "#line 6771 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21489,7 +21561,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6926 \"springls.h\"\n",
+    "#line 6940 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21504,7 +21576,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6941 \"springls.h\"\n",
+    "#line 6955 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21673,7 +21745,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7110 \"springls.h\"\n",
+    "#line 7124 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21707,7 +21779,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7145 \"springls.h\"\n",
+    "#line 7159 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21815,7 +21887,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7254 \"springls.h\"\n",
+    "#line 7268 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21912,7 +21984,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7352 \"springls.h\"\n",
+    "#line 7366 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21986,7 +22058,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7427 \"springls.h\"\n",
+    "#line 7441 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -22220,7 +22292,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7662 \"springls.h\"\n",
+    "#line 7676 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -22245,7 +22317,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7688 \"springls.h\"\n",
+    "#line 7702 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22503,7 +22575,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7947 \"springls.h\"\n",
+    "#line 7961 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22586,7 +22658,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22590 \"springls.h\"\n",
+    "#line 22662 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -201,7 +201,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference, springls_write and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
+   that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
    welded. */
@@ -266,13 +267,23 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
+   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
 /* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+   its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
+   coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
+   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report);
 
 /* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
    as in views, 9 floats of vertices and 3 of the particle a springl.
