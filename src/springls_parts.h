@@ -21,6 +21,7 @@
 #include "input/write.h"
 #include "output/attributes.h"
 #include "output/chunks.h"
+#include "output/component_views.h"
 #include "output/material.h"
 #include "output/measure.h"
 #include "output/snapshot.h"

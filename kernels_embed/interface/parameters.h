@@ -91,6 +91,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
     /* initial springls of a level set or shape */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */

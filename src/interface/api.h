@@ -520,6 +520,56 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
+/* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
+
+/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
+   connected outside and enclosed by a body, such as a bubble. World units. */
+typedef struct springls_component {
+    uint32_t id;            /* from 1; no other component of this model ever gets it                                */
+    bool cavity;
+    double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
+    float center[3];        /* centroid of the volume                                                               */
+    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+} springls_component;
+
+/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
+   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+   list belongs to the context, until the next call that changes the model. */
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
+
+/* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
+   springl they are born beside, until components are found at the end of the step. */
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
+
+/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
+   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
+   springls_components. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+
+/* Names what happens to components. */
+typedef enum springls_event_kind {
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
+} springls_event_kind;
+
+/* Describes an event. */
+typedef struct springls_event {
+    double time;            /* of the model when it was found: the end of a sub-step                                */
+    float place[3];         /* world: where parts have met or parted; the centroid of what was born or died         */
+    int step;               /* springls_stats.steps then                                                            */
+    springls_event_kind kind;
+    bool cavity;            /* it happened to cavities: a bubble was closed (birth), opened or vanished (death), ... */
+    int before_count, after_count;
+    const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
+} springls_event;
+
+/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
+   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
+   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
+
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
 /* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
@@ -783,6 +833,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
+    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 
