@@ -86,6 +86,9 @@
      >>keep_edges           src/stages/keep_edges.h
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
+     >>events               src/stages/events.h
+     >>components           src/stages/components.h
+     >>label_components     src/stages/label_components.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -99,6 +102,7 @@
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
+     >>component_views      src/output/component_views.h
      >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
@@ -599,6 +603,10 @@
   #define springls_generations SPRINGLS__NAME(springls_generations)
   #define springls_pack_matrix SPRINGLS__NAME(springls_pack_matrix)
   #define springls_extract_surfels SPRINGLS__NAME(springls_extract_surfels)
+  #define springls_components SPRINGLS__NAME(springls_components)
+  #define springls_component_ids SPRINGLS__NAME(springls_component_ids)
+  #define springls_component_of SPRINGLS__NAME(springls_component_of)
+  #define springls_events SPRINGLS__NAME(springls_events)
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
@@ -824,6 +832,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
     /* initial springls of a level set or shape */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
@@ -1221,6 +1230,56 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
+/* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
+
+/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
+   connected outside and enclosed by a body, such as a bubble. World units. */
+typedef struct springls_component {
+    uint32_t id;            /* from 1; no other component of this model ever gets it                                */
+    bool cavity;
+    double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
+    float center[3];        /* centroid of the volume                                                               */
+    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+} springls_component;
+
+/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
+   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+   list belongs to the context, until the next call that changes the model. */
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
+
+/* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
+   springl they are born beside, until components are found at the end of the step. */
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
+
+/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
+   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
+   springls_components. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+
+/* Names what happens to components. */
+typedef enum springls_event_kind {
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
+} springls_event_kind;
+
+/* Describes an event. */
+typedef struct springls_event {
+    double time;            /* of the model when it was found: the end of a sub-step                                */
+    float place[3];         /* world: where parts have met or parted; the centroid of what was born or died         */
+    int step;               /* springls_stats.steps then                                                            */
+    springls_event_kind kind;
+    bool cavity;            /* it happened to cavities: a bubble was closed (birth), opened or vanished (death), ... */
+    int before_count, after_count;
+    const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
+} springls_event;
+
+/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
+   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
+   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
+
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
 /* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
@@ -1484,6 +1543,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
+    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 
@@ -1725,10 +1785,12 @@ typedef union springls__arguments {
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
-    /* volume_lock */                                                                                                            \
-    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
-    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
+    /* components, events, volume_lock */                                                                                        \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \
+    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
+    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
@@ -2671,7 +2733,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
     X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
-    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
+    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
@@ -2889,13 +2952,20 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 #undef SPRINGLS__STORE_MEMBER
 }
 
-/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = -1;
+    record->component = record->cavity = 0u;
     record->phi = 0.0f;
     record->synced_position = record->s.p;
+}
+
+/* Gives springl i the components of springl `from`, beside which it is new. */
+SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
+{
+    model->set.component[i] = model->set.component[from];
+    model->set.cavity[i] = model->set.cavity[from];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
@@ -3873,8 +3943,13 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
-    int locked_count;       /* 0: not measured yet                                                              */
+    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer label_rank, label_parent, label_memory, label_id_memory; /* of voxels (label_components.h)                  */
+    springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
+    int component_count, labelled_bricks, label_count, event_count, event_part_count;
+    uint32_t last_component_id;
+    bool components_known;  /* they have been found since the model was set                                      */
+    bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -3889,6 +3964,7 @@ struct springls_context {
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
     char error[256];
 };
@@ -5690,12 +5766,15 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
-SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
+   one, -1 when there is none. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
+                                                                   int *nearest_springl)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
     int attempt;
+    *nearest_springl = -1;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
         springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
@@ -5712,6 +5791,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
             if (d2 < best) {
                 best = d2;
                 nearest = model->set.a[other];
+                *nearest_springl = other;
             }
         }
         if (count == 0) continue;
@@ -5886,6 +5966,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
 }
 
 /* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
@@ -6173,9 +6254,10 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 /* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = args.fit.first, n = first + i, m;
+    int first = args.fit.first, n = first + i, m, beside;
     springls__springl s = model->set.s[n];
-    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
+    if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -7257,6 +7339,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
@@ -7988,7 +8071,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
-    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
+    X(fit_new_springls, 16,                                                                                                      \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY))    \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -8275,7 +8359,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
                                                              "fill_gaps", "track", "unsigned_to_signed", "project",
-                                                             "keep_edges", "volume_lock" };
+                                                             "keep_edges", "volume_lock", "components" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -8684,12 +8768,13 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
+/* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
+    ctx->components_fresh = ctx->labels_fresh = false;
 }
 
 /* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
@@ -8959,7 +9044,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
     ctx->iteration = 0;
-    ctx->locked_count = 0;
+    ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
+    ctx->last_component_id = 0;
+    ctx->components_known = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -11288,43 +11375,57 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
-/* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - keeps the volume of every component (params.volume_lock) by a tiny offset of its springls and of phi along
-   the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
-   its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the springls: each has the
-   number of the component it was in, so that after a split targets are shared out, and after a merger they are summed. It is
-   off by default and in double precision, which not every device has: it always runs on the host. */
+/* ======== >>label_components  (src/stages/label_components.h) ================================================== */
+/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
+   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
+   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
+   device has: it always runs on the host. */
 
-typedef struct springls__volume_component {
-    double volume, area;    /* voxel^3, voxel^2                                                                 */
-    float offset, moved;    /* of this iteration, of all; voxels                                                */
-    int32_t node;           /* root of its tree among the links                                                 */
-    bool speck;
-} springls__volume_component;
+/* A component of phi as it is now. */
+typedef struct springls__component_now {
+    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
+    double world_area;
+    uint32_t id;
+    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    float depth, moved;     /* moved: by volume_lock                                                            */
+    bool cavity;
+} springls__component_now;
 
-/* The components of phi as it is now. */
-typedef struct springls__volume_components {
-    springls__volume_component *item;
+/* The components of phi as it is now, and the label of every voxel. */
+typedef struct springls__labels {
+    springls__component_now *item;
     int count;
-    int32_t *rank;          /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
-    int32_t *label;         /* component of a voxel of active bricks; -1: too far outside                       */
+    const int32_t *rank;    /* slot -> place in `active`                                                        */
+    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
+    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
+    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
     int32_t voxels;         /* nodes that are voxels                                                            */
-} springls__volume_components;
+    double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
+} springls__labels;
 
-/* ---- components of phi ---- */
-
-/* Returns the node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
+/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return c->voxels + springls__brick_at(g, x, y, z);
-    return c->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
+    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
 }
 
-SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int z)
+/* Finds the voxel of a node that is one. */
+SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
 {
-    return springls__grid_contains(g, x, y, z) && springls__grid_voxel(g, g->phi, x, y, z) < 0.0f;
+    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    voxel[0] = origin[0] + (v & 7);
+    voxel[1] = origin[1] + (v >> 3 & 7);
+    voxel[2] = origin[2] + (v >> 6);
+}
+
+/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
+SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+{
+    if (node >= l->voxels) node = springls__find_root(l->parent, node);
+    return node < l->voxels ? l->label[node] : -1;
 }
 
 /* Joins two trees of a forest; the lower root stays a root. */
@@ -11336,83 +11437,134 @@ SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
     else parent[a] = b;
 }
 
-/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
-{
-    out[0] = x + (d == 1) - (d == 0);
-    out[1] = y + (d == 3) - (d == 2);
-    out[2] = z + (d == 5) - (d == 4);
-}
+/* ---- connection ---- */
 
-/* Joins the inside voxels of active brick i with those beside them. */
-SPRINGLS__FN void springls__join_voxels(const springls__grid *g, springls__volume_components *c, int i)
+/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
+SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
 {
-    int v, d, o[3], to[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-        if (!springls__is_inside(g, x, y, z)) continue;
-        for (d = 0; d < 6; d++) {
-            springls__voxel_beside(x, y, z, d, to);
-            if (!springls__is_inside(g, to[0], to[1], to[2])) continue;
-            springls__join_trees(c->parent, i * SPRINGLS__BRICK_VOXELS + v, springls__component_node(g, c, to[0], to[1], to[2]));
-        }
+    int x;
+    bool joined = false; /* with the voxels before */
+    for (x = 0; x < length; x++) {
+        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
+        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
+        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
+        joined = agrees;
     }
 }
 
-/* Joins the constant bricks that are inside among themselves. */
-SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volume_components *c)
+/* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
+SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
 {
-    int brick, bricks = (int)springls__brick_count(g), d, to[3];
-    for (brick = 0; brick < bricks; brick++) {
-        int place[3];
-        if (g->top[brick] != SPRINGLS__INSIDE) continue;
-        springls__brick_place(g, brick, place);
-        for (d = 1; d < 6; d += 2) {
-            int beside;
-            springls__voxel_beside(place[0], place[1], place[2], d, to);
-            if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
-            beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
+    int axis;
+    for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
+}
+
+/* Joins the voxels of active brick i with each other. */
+SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int32_t first = i * SPRINGLS__BRICK_VOXELS;
+    int origin[3], extent[3], x, y, z;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    for (z = 0; z < extent[2]; z++)
+        for (y = 0; y < extent[1]; y++) {
+            int32_t row = 8 * y + 64 * z;
+            for (x = 1; x < extent[0]; x++)
+                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
+                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
+            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
+            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
         }
+}
+
+/* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
+SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
+{
+    if (!springls__grid_contains(g, to[0], to[1], to[2])) {
+        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
+    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
+        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+    }
+}
+
+/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    const int axis = d >> 1;
+    int origin[3], extent[3], at[3], to[3], j, k;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    at[axis] = d & 1 ? extent[axis] - 1 : 0;
+    for (k = 0; k < extent[(axis + 2) % 3]; k++)
+        for (j = 0; j < extent[(axis + 1) % 3]; j++) {
+            int v, c;
+            at[(axis + 1) % 3] = j;
+            at[(axis + 2) % 3] = k;
+            v = springls__voxel_in_brick(at[0], at[1], at[2]);
+            for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
+            to[axis] += d & 1 ? 1 : -1;
+            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+        }
+}
+
+/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
+SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
+{
+    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
+    int place[3], axis, stride = 1;
+    springls__brick_place(g, brick, place);
+    for (axis = 0; axis < 3; axis++) {
+        bool last = place[axis] == g->bricks[axis] - 1;
+        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
+            springls__join_trees(l->parent, l->voxels + brick, exterior);
+        if (!last && g->top[brick + stride] == g->top[brick])
+            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+        stride *= g->bricks[axis];
     }
 }
 
 /* ---- triangles of marching cubes ---- */
 
-typedef void (*springls__component_triangle)(springls__volume_components *c, springls__tri t, const int32_t nodes[3]);
+/* A triangle, with the nodes at the inner and at the outer ends of the edges of the cube that carry its vertices. */
+typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], outer[3]; } springls__labelled_triangle;
 
-/* Finds the nodes of a triangle: those at the inner ends of the three edges of the cube at voxel `at` that carry its vertices. */
-SPRINGLS__FN void springls__triangle_nodes(const springls__grid *g, const springls__volume_components *c, springls__mc_cell cell,
-                                           int triangle, const int at[3], int32_t nodes[3])
+typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
+
+/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
 {
-    int mask = springls__mc_case(cell), m;
-    for (m = 0; m < 3; m++) {
-        int edge = springls__mc_edge(mask, triangle, m), corner = springls__mc_edge_corner(edge);
-        if (!springls__mc_inside(cell.phi[corner])) corner |= 1 << springls__mc_edge_axis(edge);
-        nodes[m] = springls__component_node(g, c, at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2));
-    }
+    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
+    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    return springls__label_node(g, l, x, y, z);
 }
 
-/* Visits the triangles of one cube of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__volume_components *c, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__component_triangle visit)
+/* Visits the triangles of the cube at (x, y, z) of a brick. */
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
+                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
 {
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, at[3];
-    int32_t nodes[3];
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__labelled_triangle triangle;
     if (count == 0) return;
     at[0] = range->origin[0] + x;
     at[1] = range->origin[1] + y;
     at[2] = range->origin[2] + z;
     for (k = 0; k < count; k++) {
-        springls__triangle_nodes(g, c, cell, k, at, nodes);
-        visit(c, springls__cube_triangle(range, cell, mask, x, y, z, k), nodes);
+        for (m = 0; m < 3; m++) {
+            int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
+            int other = corner | 1 << springls__mc_edge_axis(edge);
+            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
+            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+        }
+        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        visit(l, &triangle);
     }
 }
 
 /* Visits all triangles of the zero level. */
-SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__volume_components *c,
-                                            springls__component_triangle visit)
+SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
     int i, x, y, z;
@@ -11422,38 +11574,162 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__v
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, c, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
 {
-    (void)t;
-    springls__join_trees(c->parent, nodes[0], nodes[1]);
-    springls__join_trees(c->parent, nodes[0], nodes[2]);
-}
-
-/* Adds the triangle's area, and the volume under it, to the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
-{
-    springls__v3 area2 = springls__tri_area2(t);
-    springls__volume_component *item;
-    int32_t label = nodes[0] < c->voxels ? c->label[nodes[0]] : -1;
-    if (label < 0) return;
-    item = &c->item[label];
-    item->area += 0.5 * (double)springls__length(area2);
-    item->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
-                    * (1.0 / 6.0);
-}
-
-SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *c)
-{
-    int i;
-    for (i = 0; i < c->count; i++) c->item[i].volume = c->item[i].area = 0.0;
-    springls__visit_triangles(g, c, springls__measure_triangle);
+    int m;
+    for (m = 1; m < 3; m++) {
+        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
+        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
+    }
 }
 
 /* ---- labels ---- */
+
+/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
+   roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
+{
+    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
+    l->count = 0;
+    for (i = 0; i < l->voxels; i++) {
+        int32_t root = springls__find_root(l->parent, i);
+        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
+        if (root != i) {
+            l->label[i] = root < l->voxels ? l->label[root] : -1;
+            continue;
+        }
+        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
+        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
+                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps, and at the list of components. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.parent = (int32_t *)ctx->label_parent.data;
+    l.label = (int32_t *)ctx->label_memory.data;
+    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
+    int32_t i;
+    int d;
+    ctx->labels_fresh = false;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
+    ctx->labelled_bricks = g->active_count;
+    *l = springls__kept_labels(ctx);
+    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) {
+        springls__join_within_brick(g, l, i);
+        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
+    }
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- measures ---- */
+
+/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
+SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+{
+    springls__v3 area2 = springls__tri_area2(t);
+    const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
+    const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
+                            (double)t.a.z + (double)t.b.z + (double)t.c.z };
+    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    double world2 = 0.0;
+    int c;
+    for (c = 0; c < 3; c++) {
+        double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
+        world2 += w * w;
+        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+    }
+    item->area += 0.5 * (double)springls__length(area2);
+    item->world_area += 0.5 * sqrt(world2);
+    item->volume += volume;
+}
+
+SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
+    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
+    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+}
+
+
+/* Finds the matrix of directed areas: the cofactors of voxel -> world. */
+SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
+{
+    const double *m = ctx->to_world;
+    int i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++) {
+            int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            out[3 * i + j] = m[4 * a + c] * m[4 * b + d] - m[4 * a + d] * m[4 * b + c];
+        }
+}
+
+/* Notes the side of a component, and its voxel furthest from the surface. */
+SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+{
+    item->cavity = !(phi < 0.0f);
+    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
+    item->depth = springls__fabs(phi);
+    item->deepest = node;
+}
+
+/* Finds and measures the components of phi. */
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int32_t i;
+    SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
+    l->item = springls__components_now(&ctx->model);
+    memset(l->item, 0, (size_t)l->count * sizeof *l->item);
+    for (i = 0; i < l->voxels; i++)
+        if (l->label[i] >= 0)
+            springls__note_voxel(&l->item[l->label[i]], i,
+                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
+                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__measure_triangle);
+    return SPRINGLS_OK;
+}
+
+/* ---- places ---- */
+
+/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
+{
+    out[0] = x + (d == 1) - (d == 0);
+    out[1] = y + (d == 3) - (d == 2);
+    out[2] = z + (d == 5) - (d == 4);
+}
 
 /* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
 SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
@@ -11471,17 +11747,14 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
     return best;
 }
 
-/* Returns the component of an outside voxel: the one that steepest descent of phi leads to; -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
+/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
         float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) {
-            int32_t node = springls__component_node(g, c, x, y, z);
-            return node < c->voxels ? c->label[node] : -1;
-        }
+        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
         d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
@@ -11492,235 +11765,670 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
     return -1;
 }
 
-/* Numbers the components in the order of their first voxel, and labels their inside voxels. A component has a surface, so some
-   voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__label_insides(const springls__grid *g, springls__volume_components *c)
+/* Finds the body and the cavity that the surface near x bounds, -1 for none: those of the deepest and of the highest of the eight
+   voxels about x. */
+SPRINGLS__FN void springls__components_at(const springls__grid *g, const springls__labels *l, springls__v3 x, int32_t *body,
+                                          int32_t *cavity)
 {
-    int i, v, o[3];
-    c->count = 0;
-    for (i = 0; i < c->voxels; i++) c->label[i] = -1;
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t node = i * SPRINGLS__BRICK_VOXELS + v, root;
-            if (!springls__is_inside(g, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6))) continue;
-            root = springls__find_root(c->parent, node);
-            c->label[node] = root == node ? c->count++ : c->label[root];
-        }
-    }
-}
-
-SPRINGLS__FN void springls__label_outsides(const springls__grid *g, springls__volume_components *c)
-{
-    int i, v, o[3];
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (springls__grid_contains(g, x, y, z) && !springls__is_inside(g, x, y, z))
-                c->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, c, x, y, z);
-        }
-    }
-}
-
-/* Finds the forest of what is connected inside phi. */
-SPRINGLS__FN springls_status springls__connect_inside(springls_context *ctx, springls__volume_components *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + (int64_t)springls__brick_count(g);
-    int32_t i;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
-    c->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, c->voxels));
-    c->rank = springls__component_rank(&ctx->model);
-    c->parent = springls__component_parent(&ctx->model);
-    c->label = springls__component_label(&ctx->model);
-    for (i = 0; i < g->active_count; i++) c->rank[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) c->parent[i] = i;
-    for (i = 0; i < g->active_count; i++) springls__join_voxels(g, c, i);
-    springls__join_bricks(g, c);
-    springls__visit_triangles(g, c, springls__join_triangle);
-    return SPRINGLS_OK;
-}
-
-/* Finds the components and measures them. */
-SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    SPRINGLS__TRY(springls__connect_inside(ctx, c));
-    springls__label_insides(g, c);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, c->count));
-    c->item = springls__components(&ctx->model);
-    memset(c->item, 0, (size_t)c->count * sizeof *c->item);
-    springls__label_outsides(g, c);
-    springls__measure_components(g, c);
-    return SPRINGLS_OK;
-}
-
-/* Returns the component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *c, springls__v3 p)
-{
-    int i, j, k, corner;
-    int32_t label = -1;
-    float least = FLT_MAX;
-    i = (int)springls__floor(springls__clamp(p.x, -1.0f, (float)g->size[0]));
-    j = (int)springls__floor(springls__clamp(p.y, -1.0f, (float)g->size[1]));
-    k = (int)springls__floor(springls__clamp(p.z, -1.0f, (float)g->size[2]));
+    int first[3], lowest[3] = { -1, -1, -1 }, corner;
+    int32_t high = -1;
+    float least = FLT_MAX, most = -FLT_MAX;
+    first[0] = (int)springls__floor(springls__clamp(x.x, -1.0f, (float)g->size[0]));
+    first[1] = (int)springls__floor(springls__clamp(x.y, -1.0f, (float)g->size[1]));
+    first[2] = (int)springls__floor(springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    *body = *cavity = -1;
     for (corner = 0; corner < 8; corner++) {
-        int x = i + (corner & 1), y = j + (corner >> 1 & 1), z = k + (corner >> 2), slot;
-        int32_t here;
+        int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
         float phi;
-        if (!springls__grid_contains(g, x, y, z)) continue;
-        slot = springls__slot_at(g, x, y, z);
-        if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = c->label[springls__component_node(g, c, x, y, z)];
-        phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (here < 0 || phi >= least) continue;
-        least = phi;
-        label = here;
+        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
+        if (phi < least) memcpy(lowest, at, sizeof lowest);
+        least = springls__min(least, phi);
+        if (phi < 0.0f || phi <= most) continue;
+        most = phi;
+        high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
-    return label;
+    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
+    if (high >= 0) *cavity = springls__label_of_node(l, high);
 }
+
+/* ======== >>components  (src/stages/components.h) ============================================================== */
+/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
+   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+   volumes that components are to keep (volume_lock.h). */
+
+/* A component of the model, as it was found last. */
+typedef struct springls__component {
+    springls_component seen;
+    double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
+    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
+} springls__component;
+
+/* The components that a springl bounds now, -1: none. */
+typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+
+/* A component before, by its place in the list, and one of those it has become. */
+typedef struct springls__link { int32_t before, now; } springls__link;
+
+/* The components before and now, and what links them. */
+typedef struct springls__kinship {
+    const springls__component *before;
+    int before_count;
+    springls__labels labels;
+    springls__place_now *place;   /* one a springl                          */
+    springls__link *link;         /* by `before`, then by `now`             */
+    int link_count;
+} springls__kinship;
+
+SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
+{
+    return (springls__component *)ctx->component_memory.data;
+}
+
+/* Returns the place of an id in a list by ascending ids; -1: it is not there. */
+SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
+{
+    int low = 0, high = count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (list[middle].seen.id < id) low = middle + 1;
+        else high = middle;
+    }
+    return low < count && list[low].seen.id == id ? low : -1;
+}
+
+/* Returns true when components have ids that last. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+{
+    return ctx->model.params.components || ctx->model.params.volume_lock;
+}
+
+/* Forgets the components: ids go on where they were. */
+SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+{
+    ctx->component_count = 0;
+    ctx->components_known = ctx->components_fresh = false;
+}
+
+/* Forgets the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
+    ctx->volumes_locked = false;
+}
+
+/* ---- links ---- */
+
+SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+
+/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+{
+    const springls__constellation *set = &ctx->model.set;
+    size_t n = 0;
+    int i, c;
+    for (i = 0; i < set->count; i++) {
+        int32_t before[2], now[2];
+        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
+        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
+        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
+        now[0] = k->place[i].body;
+        now[1] = k->place[i].cavity;
+        for (c = 0; c < 2; c++) {
+            if (before[c] >= 0) count[before[c]]++;
+            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+        }
+    }
+    return n;
+}
+
+/* Returns whether `votes` of all that a component has make a link: a tenth of them, and three, or more than half. Where two come
+   close, single springls vote for the wrong one. */
+SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
+
+/* Links components that enough votes of either one link. */
+SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+{
+    size_t i = 0, first;
+    k->link_count = 0;
+    while (i < vote_count) {
+        springls__link link;
+        int64_t votes_here;
+        link.before = (int32_t)(votes[i] >> 32);
+        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
+        votes_here = (int64_t)(i - first);
+        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
+            k->link[k->link_count++] = link;
+    }
+}
+
+/* Finds the components as they are now, and links them to those before. */
+SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+{
+    size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
+    uint64_t *vote;
+    int64_t *count;
+    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
+    k->before = springls__component_list(ctx);
+    k->before_count = ctx->component_count;
+    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
+    k->place = springls__places_now(&ctx->model);
+    vote = springls__component_votes(&ctx->model);
+    count = springls__vote_counts(&ctx->model);
+    for (i = 0; i < nodes; i++) count[i] = 0;
+    votes = springls__collect_votes(ctx, k, vote, count);
+    springls__sort_keys(vote, votes);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
+    k->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(k, vote, votes, count);
+    return SPRINGLS_OK;
+}
+
+/* ---- ids ---- */
+
+/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
+   -1: none. */
+SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+{
+    int32_t i, best = -1;
+    for (i = 0; i < k->before_count; i++)
+        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
+    return best;
+}
+
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
+SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+{
+    springls__component_now *item = k->labels.item;
+    uint8_t *done;
+    int32_t before;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
+    done = springls__component_done(&ctx->model);
+    memset(done, 0, (size_t)k->before_count);
+    while ((before = springls__next_heir(k, done)) >= 0) {
+        int32_t largest = -1;
+        for (i = 0; i < k->link_count; i++) {
+            int32_t now = k->link[i].now;
+            if (k->link[i].before != before || item[now].id) continue;
+            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+        }
+        done[before] = 1;
+        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+    }
+    for (i = 0; i < k->labels.count; i++)
+        if (!item[i].id) item[i].id = ++ctx->last_component_id;
+    return SPRINGLS_OK;
+}
+
+/* Writes what the interface shows of a component. */
+SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+                                           springls_component *out)
+{
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    memset(out, 0, sizeof *out);
+    out->id = item->id;
+    out->cavity = item->cavity;
+    out->volume = item->volume * scale;
+    out->area = item->world_area;
+    out->correction = item->moved;
+    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
+                                                    (float)(item->moment[2] * weight)), out->center);
+}
+
+/* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+{
+    springls__constellation *set = &ctx->model.set;
+    int i;
+    for (i = 0; i < set->count; i++) {
+        springls__place_now now = k->place[i];
+        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+    }
+}
+
+/* Makes room for the list of the components now, besides that of those before, which stays. */
+SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
+{
+    return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
+}
+
+/* Replaces the list by the components now, by ascending ids. */
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+{
+    springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    springls__buffer memory = ctx->component_memory;
+    int i, j;
+    for (i = 0; i < k->labels.count; i++) {
+        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
+        memset(&list[j], 0, sizeof *list);
+        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
+        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    }
+    ctx->component_memory = ctx->next_component_memory;
+    ctx->next_component_memory = memory;
+    ctx->component_count = k->labels.count;
+    ctx->components_known = ctx->components_fresh = true;
+}
+
+/* ---- which label is whose ---- */
+
+/* Copies to the host what components are found from. */
+SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY) | SPRINGLS__BIT(TOP)
+                         | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK);
+    ctx->on_device = false;
+    springls__forget_work(ctx);
+    return springls__to_host(ctx, reads, writes);
+}
+
+/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
+SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    uint32_t *id;
+    int i;
+    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
+    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
+    id = (uint32_t *)ctx->label_id_memory.data;
+    memset(id, 0, (size_t)l->count * sizeof *id);
+    for (i = 0; i < ctx->component_count; i++) {
+        const springls__component *c = &springls__component_list(ctx)[i];
+        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
+        if (label >= 0) id[label] = c->seen.id;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>events  (src/stages/events.h) ====================================================================== */
+/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
+
+/* ---- where components have met or parted: between springls of two of them that are close to each other ---- */
+
+/* A springl of one of the components in question. */
+typedef struct springls__seam_springl { springls__v3 p; int32_t component; } springls__seam_springl;
+
+typedef struct springls__seam {
+    springls__seam_springl *item;
+    uint64_t *key;          /* cell of an item, and its number; ascending           */
+    int count;
+    float cell;             /* voxels                                               */
+    float nearest;          /* distance of two items of different components        */
+    double sum[3], pairs;   /* of the middles of those that are not much further    */
+} springls__seam;
+
+enum { SPRINGLS__SEAM_BITS = 31, SPRINGLS__SEAM_CELLS = 2056 }; /* bits of the number in a key; cells an axis */
+
+/* Returns the cell that is (dx, dy, dz) from that of p, which is moved into the domain. */
+SPRINGLS__FN uint64_t springls__seam_cell(const springls__seam *seam, springls__v3 p, int dx, int dy, int dz)
+{
+    uint64_t x = (uint64_t)((int)(springls__clamp(p.x, 0.0f, 4096.0f) / seam->cell) + 1 + dx);
+    uint64_t y = (uint64_t)((int)(springls__clamp(p.y, 0.0f, 4096.0f) / seam->cell) + 1 + dy);
+    uint64_t z = (uint64_t)((int)(springls__clamp(p.z, 0.0f, 4096.0f) / seam->cell) + 1 + dz);
+    return (z * SPRINGLS__SEAM_CELLS + y) * SPRINGLS__SEAM_CELLS + x;
+}
+
+/* Returns the first place of `key` with a cell not before `cell`. */
+SPRINGLS__FN int springls__seam_find(const springls__seam *seam, uint64_t cell)
+{
+    int low = 0, high = seam->count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (seam->key[middle] >> SPRINGLS__SEAM_BITS < cell) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Takes a pair into account: in the first pass for the least distance, in the second for the mean of the middles. */
+SPRINGLS__FN void springls__seam_pair(springls__seam *seam, springls__v3 a, springls__v3 b, bool second)
+{
+    const float range = 1.0f; /* voxels */
+    float distance = springls__length(springls__sub(a, b));
+    if (!second) {
+        seam->nearest = springls__min(seam->nearest, distance);
+    } else if (distance <= seam->nearest + range) {
+        seam->sum[0] += 0.5 * ((double)a.x + (double)b.x);
+        seam->sum[1] += 0.5 * ((double)a.y + (double)b.y);
+        seam->sum[2] += 0.5 * ((double)a.z + (double)b.z);
+        seam->pairs += 1.0;
+    }
+}
+
+/* Pairs item i with those after it in the 27 cells around it. */
+SPRINGLS__FN void springls__seam_pairs_of(springls__seam *seam, int i, bool second)
+{
+    const uint64_t number = ((uint64_t)1 << SPRINGLS__SEAM_BITS) - 1;
+    const springls__seam_springl *a = &seam->item[i];
+    int row, k;
+    for (row = 0; row < 9; row++) {
+        uint64_t first = springls__seam_cell(seam, a->p, -1, row % 3 - 1, row / 3 - 1);
+        for (k = springls__seam_find(seam, first); k < seam->count; k++) {
+            const springls__seam_springl *b = &seam->item[seam->key[k] & number];
+            if (seam->key[k] >> SPRINGLS__SEAM_BITS > first + 2) break;
+            if (b > a && b->component != a->component) springls__seam_pair(seam, a->p, b->p, second);
+        }
+    }
+}
+
+/* Finds the middle between the components of the items, voxels; false where they are not within 16 voxels. */
+SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle)
+{
+    const float furthest = 16.0f;
+    int i;
+    for (seam->cell = 2.0f; seam->cell <= furthest; seam->cell *= 2.0f) {
+        for (i = 0; i < seam->count; i++)
+            seam->key[i] = springls__seam_cell(seam, seam->item[i].p, 0, 0, 0) << SPRINGLS__SEAM_BITS | (uint64_t)i;
+        springls__sort_keys(seam->key, (size_t)seam->count);
+        seam->nearest = FLT_MAX;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, false);
+        if (!(seam->nearest + 1.0f <= seam->cell)) continue;
+        seam->sum[0] = seam->sum[1] = seam->sum[2] = seam->pairs = 0.0;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, true);
+        *middle = springls__v3_make((float)(seam->sum[0] / seam->pairs), (float)(seam->sum[1] / seam->pairs),
+                                    (float)(seam->sum[2] / seam->pairs));
+        return true;
+    }
+    return false;
+}
+
+/* ---- the list ---- */
+
+/* Forgets the events so far. */
+SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+
+/* Appends an event without parts. */
+SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
+{
+    springls_event *event = (springls_event *)ctx->event_memory.data + ctx->event_count++;
+    memset(event, 0, sizeof *event);
+    event->kind = kind;
+    event->cavity = cavity;
+    event->step = ctx->stats.steps;
+    event->time = ctx->time;
+    return event;
+}
+
+/* Appends a part to the last event. */
+SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls_component *part)
+{
+    memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
+}
+
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    springls_component part;
+    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__add_event_part(ctx, &part);
+}
+
+/* Returns how many links a component before has, or one of now. */
+SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
+{
+    int i, n = 0;
+    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
+    return n;
+}
+
+/* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
+SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_event *event)
+{
+    int parts = event->before_count + event->after_count, i, c;
+    const springls_component *part = (const springls_component *)ctx->event_part_memory.data + ctx->event_part_count - parts;
+    for (i = 0; i < parts; i++)
+        for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
+}
+
+/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
+                                                     int32_t now, springls_event *event)
+{
+    const springls__constellation *set = &ctx->model.set;
+    springls__seam seam;
+    springls__v3 middle;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_springls, set->count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_keys, set->count));
+    seam.item = springls__seam_springls(&ctx->model);
+    seam.key = springls__seam_keys(&ctx->model);
+    seam.count = 0;
+    for (i = 0; i < set->count; i++) {
+        uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
+        int32_t was = springls__find_component(k->before, k->before_count, id);
+        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
+        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        seam.item[seam.count].p = set->s[i].p;
+        seam.item[seam.count++].component = before >= 0 ? is : was;
+    }
+    if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
+    else springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the deaths and splits of a component before. */
+SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+{
+    const springls_component *seen = &k->before[before].seen;
+    int parts = springls__links_of(k, before, -1), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event->before_count = 1;
+    event->after_count = parts;
+    springls__add_event_part(ctx, seen);
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
+    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the births and mergers of a component of now. */
+SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    int parts = springls__links_of(k, -1, now), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event->before_count = parts;
+    event->after_count = 1;
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
+    springls__add_part_now(ctx, k, now);
+    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
+   still. On failure the list stays as it was. */
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+{
+    const int events = ctx->event_count, parts = ctx->event_part_count;
+    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    springls_status status = SPRINGLS_OK;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
+                                        (size_t)events * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+                                        sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
+    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
+    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->event_count = events;
+    ctx->event_part_count = parts;
+    return status;
+}
+
+/* ---- following ---- */
+
+/* Finds the components as they are now, and their ids. */
+SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+{
+    SPRINGLS__TRY(springls__find_kinship(ctx, k));
+    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
+    return springls__component_list_reserve(ctx, k->labels.count);
+}
+
+/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+{
+    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
+    springls__store_components(ctx, k);
+    springls__label_springls(ctx, k);
+    return SPRINGLS_OK;
+}
+
+/* Follows the components without keeping their volumes. */
+SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+{
+    springls__kinship k;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
+    SPRINGLS__TRY(springls__begin_following(ctx, &k));
+    return springls__end_following(ctx, &k);
+}
+
+/* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
+/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
+   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the kinship of components:
+   after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
+   not every device has: it always runs on the host. */
+
+/* What the lock keeps of a component as it is now. */
+typedef struct springls__locked_component {
+    float offset, moved;    /* of this iteration, of all; voxels    */
+    int32_t node;           /* root of its tree among the links     */
+    bool speck;
+} springls__locked_component;
+
+/* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
+typedef struct springls__lock_node {
+    double target, volume, area;
+    double rate;            /* volume that an offset of a voxel gains                            */
+    double volume_before, offset; /* volume before the last offset; that offset, 0 before the first */
+} springls__lock_node;
+
+typedef struct springls__lock {
+    springls__kinship kinship;
+    springls__locked_component *item; /* one a component of now               */
+    springls__lock_node *node;        /* components before, then those of now */
+    int32_t *parent;                  /* their forest                         */
+    int32_t *body;                    /* of every voxel of active bricks      */
+} springls__lock;
 
 /* ---- target volumes: components before and now that springls link have one target together ---- */
 
-/* A component as a node of the links; target, volume and area are those of all its tree when it is a root. */
-typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link;
-
-typedef struct springls__component_links {
-    springls__component_link *node; /* components before, then those of now      */
-    int32_t *parent;                /* their forest                              */
-    uint64_t *votes;                /* before << 32 | now, one a springl         */
-    size_t vote_count;
-    int before;                     /* how many components there were before     */
-} springls__component_links;
-
-SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *c,
-                                                             springls__component_links *links)
+SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
-    const double *locked = (const double *)ctx->locked_memory.data;
-    size_t nodes;
-    int i;
-    links->before = ctx->locked_count;
-    nodes = (size_t)links->before + (size_t)c->count;
-    links->vote_count = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
-    links->votes = springls__link_votes(&ctx->model);
-    links->node = springls__links(&ctx->model);
-    links->parent = springls__link_parent(&ctx->model);
-    for (i = 0; i < (int)nodes; i++) {
-        links->parent[i] = i;
-        links->node[i].votes = 0;
-        links->node[i].target = i < links->before ? locked[i] : 0.0;
-        links->node[i].volume = i < links->before ? 0.0 : c->item[i - links->before].volume;
+    const springls__kinship *k = &lock->kinship;
+    size_t now = (size_t)k->labels.count, nodes = (size_t)k->before_count + now, i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, k->labels.voxels + 1));
+    lock->item = springls__locked_components(&ctx->model);
+    lock->node = springls__lock_nodes(&ctx->model);
+    lock->parent = springls__lock_parent(&ctx->model);
+    lock->body = springls__body_labels(&ctx->model);
+    memset(lock->item, 0, now * sizeof *lock->item);
+    memset(lock->node, 0, nodes * sizeof *lock->node);
+    for (i = 0; i < nodes; i++) {
+        lock->parent[i] = (int32_t)i;
+        if (i < (size_t)k->before_count) lock->node[i].target = k->before[i].target;
+        else if (!k->labels.item[i - (size_t)k->before_count].cavity)
+            lock->node[i].volume = k->labels.item[i - (size_t)k->before_count].volume;
     }
     return SPRINGLS_OK;
-}
-
-/* Finds the component of every springl; each votes for a link between the one it was in and the one it is in now. */
-SPRINGLS__FN void springls__collect_votes(springls_context *ctx, const springls__volume_components *c,
-                                          springls__component_links *links)
-{
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t before = ctx->model.set.component[i];
-        int32_t now = springls__component_of_springl(&ctx->model.grid, c, ctx->model.set.s[i].p);
-        ctx->model.set.component[i] = now;
-        if (before < 0 || now < 0) continue;
-        links->node[before].votes++;
-        links->node[links->before + now].votes++;
-        links->votes[links->vote_count++] = (uint64_t)before << 32 | (uint64_t)now;
-    }
-    springls__sort_keys(links->votes, links->vote_count);
-}
-
-/* Links components with a tenth of the votes of either one: where two come close, single springls may vote for the wrong one. */
-SPRINGLS__FN void springls__link_by_votes(springls__component_links *links)
-{
-    size_t i = 0, first;
-    while (i < links->vote_count) {
-        int32_t before = (int32_t)(links->votes[i] >> 32), now = links->before + (int32_t)(links->votes[i] & 0xffffffffu);
-        int64_t votes;
-        for (first = i; i < links->vote_count && links->votes[i] == links->votes[first]; i++) continue;
-        votes = 10 * (int64_t)(i - first);
-        if (votes >= links->node[before].votes || votes >= links->node[now].votes)
-            springls__join_trees(links->parent, before, now);
-    }
 }
 
 /* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__link_specks(const springls__volume_components *c, springls__component_links *links)
+/* Links what springls link, and specks with the largest body. */
+SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
-    int i, largest = 0;
-    for (i = 1; i < c->count; i++)
-        if (c->item[i].volume > c->item[largest].volume) largest = i;
-    for (i = 0; i < links->before + c->count && c->count > 0; i++)
-        if (springls__is_speck(i < links->before ? links->node[i].target : links->node[i].volume))
-            springls__join_trees(links->parent, i, links->before + largest);
+    const springls__kinship *k = &lock->kinship;
+    const springls__component_now *now = k->labels.item;
+    int i, largest = -1;
+    for (i = 0; i < k->link_count; i++)
+        springls__join_trees(lock->parent, k->link[i].before, k->before_count + k->link[i].now);
+    for (i = 0; i < k->labels.count; i++)
+        if (!now[i].cavity && (largest < 0 || now[i].volume > now[largest].volume)) largest = i;
+    for (i = 0; i < k->before_count && largest >= 0; i++)
+        if (!k->before[i].seen.cavity && springls__is_speck(lock->node[i].target))
+            springls__join_trees(lock->parent, i, k->before_count + largest);
+    for (i = 0; i < k->labels.count; i++) {
+        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].volume);
+        if (lock->item[i].speck) springls__join_trees(lock->parent, k->before_count + i, k->before_count + largest);
+    }
 }
 
 /* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
-SPRINGLS__FN void springls__sum_targets(springls__volume_components *c, springls__component_links *links)
+SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
-    int i, nodes = links->before + c->count;
+    const springls__kinship *k = &lock->kinship;
+    int i, nodes = k->before_count + k->labels.count;
     for (i = 0; i < nodes; i++) {
-        int32_t root = springls__find_root(links->parent, i);
+        int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
-        links->node[root].target += links->node[i].target;
-        links->node[root].volume += links->node[i].volume;
+        lock->node[root].target += lock->node[i].target;
+        lock->node[root].volume += lock->node[i].volume;
     }
-    for (i = 0; i < c->count; i++) {
-        springls__component_link *all;
-        c->item[i].node = springls__find_root(links->parent, links->before + i);
-        all = &links->node[c->item[i].node];
+    for (i = 0; i < k->labels.count; i++) {
+        springls__lock_node *all;
+        lock->item[i].node = springls__find_root(lock->parent, k->before_count + i);
+        all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
-/* Stores the target of every component for the next step; linked ones share theirs by their volumes. */
-SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *c,
-                                                       const springls__component_links *links)
+/* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
+SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
-    double *locked;
-    int i;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)c->count + 1, sizeof *locked, 0));
-    locked = (double *)ctx->locked_memory.data;
-    for (i = 0; i < c->count; i++) {
-        const springls__component_link *all = &links->node[c->item[i].node];
-        locked[i] = all->volume > 0.0 ? all->target * (c->item[i].volume / all->volume) : 0.0;
+    const springls__labels *l = &lock->kinship.labels;
+    int i, v, o[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            lock->body[i * SPRINGLS__BRICK_VOXELS + v]
+                = springls__grid_contains(g, x, y, z) ? springls__body_of_voxel(g, l, x, y, z) : -1;
+        }
     }
-    ctx->locked_count = c->count;
-    return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
 
 typedef struct springls__offset_job {
     springls_context *ctx;
-    const springls__volume_components *components;
+    const springls__lock *lock;
 } springls__offset_job;
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
-    const springls__volume_components *c = job->components;
+    const springls__lock *lock = job->lock;
     const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t label = c->label[begin * SPRINGLS__BRICK_VOXELS + v];
+            int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - c->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
         }
     }
 }
@@ -11733,88 +12441,160 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     int m;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
+        int32_t body = job->lock->kinship.place[begin].body;
         springls__v3 by;
-        if (ctx->model.set.component[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->components->item[ctx->model.set.component[begin]].offset);
+        if (body < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-/* Sums volumes and areas of linked components; specks have no area that could move. */
-SPRINGLS__FN void springls__sum_linked(const springls__volume_components *c, springls__component_links *links)
+/* Adds a triangle to the body that it bounds. */
+SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__labelled_triangle *triangle)
 {
+    int32_t node = triangle->inner[0], label = node < l->voxels ? l->body[node] : -1;
+    if (label >= 0) springls__add_triangle(l, &l->item[label], triangle->t);
+}
+
+/* Measures the bodies, with the labels from before they moved. */
+SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
+{
+    springls__labels *l = &lock->kinship.labels;
+    int i, c;
+    for (i = 0; i < l->count; i++) {
+        l->item[i].volume = l->item[i].area = l->item[i].world_area = 0.0;
+        for (c = 0; c < 3; c++) l->item[i].moment[c] = 0.0;
+    }
+    springls__visit_triangles(g, l, springls__measure_body);
+}
+
+/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
     int i;
-    for (i = 0; i < c->count; i++) links->node[c->item[i].node].volume = links->node[c->item[i].node].area = 0.0;
-    for (i = 0; i < c->count; i++) {
-        springls__component_link *all = &links->node[c->item[i].node];
-        all->volume += c->item[i].volume;
-        if (!c->item[i].speck) all->area += c->item[i].area;
+    for (i = 0; i < l->count; i++) lock->node[lock->item[i].node].volume = lock->node[lock->item[i].node].area = 0.0;
+    for (i = 0; i < l->count; i++) {
+        springls__lock_node *all = &lock->node[lock->item[i].node];
+        if (l->item[i].cavity) continue;
+        all->volume += l->item[i].volume;
+        if (!lock->item[i].speck) all->area += l->item[i].area;
     }
 }
 
-/* Chooses offsets by Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *c, springls__component_links *links)
+/* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
+SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
+    const springls__kinship *k = &lock->kinship;
+    int i;
+    for (i = 0; i < k->before_count + k->labels.count; i++) {
+        springls__lock_node *all = &lock->node[i];
+        double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
+        all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
+        all->volume_before = all->volume;
+        all->offset = 0.0;
+    }
+}
+
+/* Chooses offsets by Newton's method. False when no component has to move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
     const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_linked(c, links);
-    for (i = 0; i < c->count; i++) {
-        springls__volume_component *item = &c->item[i];
-        const springls__component_link *all = &links->node[item->node];
+    springls__sum_linked(lock);
+    springls__find_rates(lock);
+    for (i = 0; i < l->count; i++) {
+        springls__locked_component *item = &lock->item[i];
+        springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (item->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
-        by = missing / all->area;
+        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        by = missing / all->rate;
         item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;
     }
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *c,
-                                            springls__component_links *links)
+/* Moves bodies until their volumes are right. Returns whether any has moved. */
+SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
     const int iterations = 6;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
-    job.components = c;
-    for (i = 0; i < iterations && springls__choose_offsets(c, links); i++) {
+    job.lock = lock;
+    ctx->stats.volume_correction = 0.0f;
+    if (!springls__choose_offsets(lock)) return false;
+    springls__label_bodies(&ctx->model.grid, lock);
+    lock->kinship.labels.body = lock->body;
+    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_components(&ctx->model.grid, c);
+        springls__measure_bodies(&ctx->model.grid, lock);
     }
-    springls__sum_linked(c, links);
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
-    ctx->stats.volume_correction = 0.0f;
-    for (i = 0; i < c->count; i++)
-        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(c->item[i].moved));
+    for (i = 0; i < lock->kinship.labels.count; i++)
+        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
+    return true;
 }
 
-/* Corrects the volumes after a step. The first time, when there are no targets yet, it only stores them. */
+/* Links components, and finds what volumes they are to have. */
+SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, springls__lock *lock)
+{
+    SPRINGLS__TRY(springls__lock_begin(ctx, lock));
+    springls__join_linked(lock);
+    springls__sum_targets(lock);
+    return SPRINGLS_OK;
+}
+
+/* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
+SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
+{
+    springls__labels *l = &lock->kinship.labels;
+    int i;
+    SPRINGLS__TRY(springls__begin_following(ctx, &lock->kinship));
+    for (i = 0; i < l->count; i++) {
+        int32_t body = lock->body[l->item[i].deepest];
+        if (body >= 0) l->item[i].moved = lock->item[body].moved;
+    }
+    return springls__find_targets(ctx, lock);
+}
+
+/* Stores the target of every body for the next step; linked ones share theirs by their volumes. */
+SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
+    int i;
+    for (i = 0; i < l->count; i++) {
+        const springls__lock_node *all = &lock->node[lock->item[i].node];
+        int32_t at = springls__find_component(springls__component_list(ctx), ctx->component_count, l->item[i].id);
+        springls__component *kept = springls__component_list(ctx) + at;
+        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].volume / all->volume);
+    }
+    ctx->volumes_locked = true;
+}
+
+/* Follows the components, and corrects their volumes after a step. The first time, when there are no targets yet, it only stores
+   them. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__volume_components components;
-    springls__component_links links;
-    int i;
-    bool first = ctx->locked_count == 0;
+    springls__lock lock;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_components(ctx, &components));
-    for (i = 0; i < components.count; i++) components.item[i].speck = springls__is_speck(components.item[i].volume);
-    SPRINGLS__TRY(springls__component_links_begin(ctx, &components, &links));
-    for (i = 0; i < ctx->model.set.count && first; i++) ctx->model.set.component[i] = -1; /* numbers of an earlier lock */
-    springls__collect_votes(ctx, &components, &links);
-    springls__link_by_votes(&links);
-    springls__link_specks(&components, &links);
-    springls__sum_targets(&components, &links);
-    if (!first) springls__correct_volumes(ctx, &components, &links);
-    return springls__lock_components(ctx, &components, &links);
+    SPRINGLS__TRY(springls__begin_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__find_targets(ctx, &lock));
+    if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
+    SPRINGLS__TRY(springls__end_following(ctx, &lock.kinship));
+    springls__lock_components(ctx, &lock);
+    return SPRINGLS_OK;
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
@@ -11827,13 +12607,25 @@ SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iterat
     return iteration % ctx->model.params.resample_period == 0;
 }
 
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+
 /* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+    return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+/* Returns true when components have ids, but no volumes to keep. */
+SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+}
+
+/* Returns true when the model has changed since its components were found, or they have not been found yet. */
+SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+}
 
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
@@ -11911,9 +12703,10 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        ctx->locked_count = 0;
+        springls__forget_targets(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
+    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -12017,7 +12810,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -12034,6 +12828,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -12164,6 +12959,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__forget_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
@@ -12352,6 +13148,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -12428,6 +13225,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
@@ -12447,7 +13245,14 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
-    springls__buffer_free(ctx, &ctx->locked_memory);
+    springls__buffer_free(ctx, &ctx->component_memory);
+    springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->label_rank);
+    springls__buffer_free(ctx, &ctx->label_parent);
+    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->event_memory);
+    springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
@@ -14772,6 +15577,88 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__report_device_failure(ctx, status);
 }
 
+/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
+/* component_views.h - shows components, their events, and the component of any place. */
+
+/* Completes a step in progress, and finds the components of a model that has changed since. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__follows_components(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
+    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || (count > 0 && (!points || !out)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
+    for (i = 0; i < 3 * count; i++)
+        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
@@ -15892,6 +16779,9 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
    their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
 
+/* Bytes of an event without the pointers to its parts. */
+#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
+
 typedef struct springls__snapshot_head {
     char magic[8];
     uint32_t version, byte_order;
@@ -15899,7 +16789,7 @@ typedef struct springls__snapshot_head {
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -15914,8 +16804,10 @@ typedef struct springls__snapshot_state {
     springls_stats stats;
     springls_params params;
     int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
-    uint32_t next_id, step;
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
+    int32_t components, events, event_parts;
+    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint32_t next_id, step, last_component_id;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -15928,7 +16820,9 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_COMPONENTS,
+    SPRINGLS__SECTION_EVENTS,
+    SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
@@ -15957,7 +16851,9 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
+    case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
+    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
@@ -16053,7 +16949,13 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->neighbors_age = ctx->neighbors_age;
     s->has_neighbors = ctx->neighbors_age >= 0;
     s->bricks = ctx->model.grid.active_count;
-    s->locked = ctx->locked_count;
+    s->components = ctx->component_count;
+    s->events = ctx->event_count;
+    s->event_parts = ctx->event_part_count;
+    s->components_known = ctx->components_known;
+    s->components_fresh = ctx->components_fresh;
+    s->volumes_locked = ctx->volumes_locked;
+    s->last_component_id = ctx->last_component_id;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -16106,6 +17008,15 @@ SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const spr
                   springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
 }
 
+/* Writes the events. */
+SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+{
+    const springls_event *event = (const springls_event *)ctx->event_memory.data;
+    int i;
+    out += layout->at[SPRINGLS__SECTION_EVENTS];
+    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+}
+
 /* Writes the head of a block that is complete but for it. */
 SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
 {
@@ -16137,8 +17048,11 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
+    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
+    springls__put_events(ctx, layout, out);
+    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
@@ -16245,7 +17159,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -16267,27 +17181,44 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
-SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
+/* Returns whether an array of the constellation has valid elements: floats and flags. */
+SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
-    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
     return true;
 }
 
-/* Returns whether the locked volumes are finite. */
-SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+/* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
+SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    double volume;
-    uint64_t i;
-    for (i = 0; i < bytes; i += sizeof volume) {
-        memcpy(&volume, data + i, sizeof volume);
-        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    springls__component c;
+    uint32_t before = 0;
+    int i;
+    for (i = 0; i < s->components; i++) {
+        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
+        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
+        before = c.seen.id;
     }
     return true;
+}
+
+/* Returns whether the events have as many parts as there are. */
+SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
+{
+    springls_event event;
+    int64_t parts = 0;
+    int i;
+    for (i = 0; i < s->events; i++) {
+        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+        if (event.before_count < 0 || event.after_count < 0) return false;
+        parts += (int64_t)event.before_count + event.after_count;
+    }
+    return parts == s->event_parts;
 }
 
 /* Returns whether a section has valid elements. */
@@ -16296,7 +17227,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
 {
     const char *data = block + layout->at[section];
     const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
     if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
     switch (section) {
@@ -16308,7 +17239,9 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
         return !bytes
             || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
+    case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
+    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
@@ -16368,8 +17301,12 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
-                                        (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
+                                        (size_t)ctx->component_count * sizeof(springls__component)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)s->events + 1, sizeof(springls_event),
+                                        (size_t)ctx->event_count * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)s->event_parts + 1, sizeof(springls_component),
+                                        (size_t)ctx->event_part_count * sizeof(springls_component)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
@@ -16449,7 +17386,11 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
     springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
+    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
+    for (i = 0; i < s->events; i++)
+        memcpy((springls_event *)ctx->event_memory.data + i,
+               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -16483,8 +17424,14 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->stats = s->stats;
-    ctx->locked_count = s->locked;
+    ctx->component_count = s->components;
+    ctx->event_count = s->events;
+    ctx->event_part_count = s->event_parts;
+    ctx->last_component_id = s->last_component_id;
+    ctx->components_known = s->components_known != 0;
+    ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
+    ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
 }
 
@@ -16615,7 +17562,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 736 \"springls.h\"\n",
+    "#line 744 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16707,12 +17654,13 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "    /* after a step */\n",
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
+    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
     "\n",
     "    /* initial springls of a level set or shape */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1576 \"springls.h\"\n",
+    "#line 1636 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16790,7 +17738,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1655 \"springls.h\"\n",
+    "#line 1715 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16864,14 +17812,16 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
-    "    /* volume_lock */                                                                                                            \\\n",
-    "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
-    "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
-    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \\\n",
+    "    /* components, events, volume_lock */                                                                                        \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \\\n",
+    "    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
+    "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
+    "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1737 \"springls.h\"\n",
+    "#line 1799 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16947,7 +17897,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1814 \"springls.h\"\n",
+    "#line 1876 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16966,7 +17916,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1834 \"springls.h\"\n",
+    "#line 1896 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16981,7 +17931,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1850 \"springls.h\"\n",
+    "#line 1912 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17105,7 +18055,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1974 \"springls.h\"\n",
+    "#line 2036 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -17131,7 +18081,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2001 \"springls.h\"\n",
+    "#line 2063 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -17282,7 +18232,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2153 \"springls.h\"\n",
+    "#line 2215 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17297,7 +18247,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2168 \"springls.h\"\n",
+    "#line 2230 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17421,14 +18371,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2292 \"springls.h\"\n",
+    "#line 2354 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2300 \"springls.h\"\n",
+    "#line 2362 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17440,7 +18390,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2312 \"springls.h\"\n",
+    "#line 2374 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17455,7 +18405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2328 \"springls.h\"\n",
+    "#line 2390 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17499,7 +18449,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2372 \"springls.h\"\n",
+    "#line 2434 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17514,7 +18464,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2387 \"springls.h\"\n",
+    "#line 2449 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17558,7 +18508,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2431 \"springls.h\"\n",
+    "#line 2493 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17630,7 +18580,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2503 \"springls.h\"\n",
+    "#line 2565 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17645,7 +18595,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2519 \"springls.h\"\n",
+    "#line 2581 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17708,7 +18658,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2582 \"springls.h\"\n",
+    "#line 2644 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17723,7 +18673,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2597 \"springls.h\"\n",
+    "#line 2659 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17786,7 +18736,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2661 \"springls.h\"\n",
+    "#line 2723 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17800,7 +18750,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
-    "    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \\\n",
+    "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
+    "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
@@ -18018,13 +18969,20 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__STORE_MEMBER\n",
     "}\n",
     "\n",
-    "/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */\n",
+    "/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */\n",
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = -1;\n",
+    "    record->component = record->cavity = 0u;\n",
     "    record->phi = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i the components of springl `from`, beside which it is new. */\n",
+    "SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)\n",
+    "{\n",
+    "    model->set.component[i] = model->set.component[from];\n",
+    "    model->set.cavity[i] = model->set.cavity[from];\n",
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
@@ -18095,7 +19053,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2971 \"springls.h\"\n",
+    "#line 3041 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -18514,7 +19472,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3391 \"springls.h\"\n",
+    "#line 3461 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18523,7 +19481,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3400 \"springls.h\"\n",
+    "#line 3470 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18538,7 +19496,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3416 \"springls.h\"\n",
+    "#line 3486 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18551,7 +19509,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3429 \"springls.h\"\n",
+    "#line 3499 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18566,7 +19524,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3444 \"springls.h\"\n",
+    "#line 3514 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18579,7 +19537,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3457 \"springls.h\"\n",
+    "#line 3527 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18813,7 +19771,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4174 \"springls.h\"\n",
+    "#line 4250 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18989,7 +19947,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4351 \"springls.h\"\n",
+    "#line 4427 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -19015,7 +19973,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4378 \"springls.h\"\n",
+    "#line 4454 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -19084,7 +20042,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4448 \"springls.h\"\n",
+    "#line 4524 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -19150,7 +20108,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4515 \"springls.h\"\n",
+    "#line 4591 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -19240,7 +20198,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4606 \"springls.h\"\n",
+    "#line 4682 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -19438,7 +20396,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4805 \"springls.h\"\n",
+    "#line 4881 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19514,7 +20472,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4882 \"springls.h\"\n",
+    "#line 4958 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19642,7 +20600,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5011 \"springls.h\"\n",
+    "#line 5087 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19657,7 +20615,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5026 \"springls.h\"\n",
+    "#line 5102 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19672,7 +20630,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5042 \"springls.h\"\n",
+    "#line 5118 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19683,7 +20641,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5053 \"springls.h\"\n",
+    "#line 5129 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19698,7 +20656,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5068 \"springls.h\"\n",
+    "#line 5144 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19709,7 +20667,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5079 \"springls.h\"\n",
+    "#line 5155 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19812,7 +20770,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5183 \"springls.h\"\n",
+    "#line 5259 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -20291,7 +21249,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5663 \"springls.h\"\n",
+    "#line 5739 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -20322,12 +21280,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
-    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that\n",
+    "   one, -1 when there is none. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,\n",
+    "                                                                   int *nearest_springl)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    float radius = model->params.neighbor_radius;\n",
     "    int attempt;\n",
+    "    *nearest_springl = -1;\n",
     "    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {\n",
     "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);\n",
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
@@ -20344,6 +21305,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (d2 < best) {\n",
     "                best = d2;\n",
     "                nearest = model->set.a[other];\n",
+    "                *nearest_springl = other;\n",
     "            }\n",
     "        }\n",
     "        if (count == 0) continue;\n",
@@ -20389,7 +21351,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5762 \"springls.h\"\n",
+    "#line 5842 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20517,8 +21479,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 5892 \"springls.h\"\n",
+    "#line 5973 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20708,7 +21671,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6083 \"springls.h\"\n",
+    "#line 6164 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20802,9 +21765,10 @@ static const char *const springls__kernel_lines[] = {
     "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    int first = args.fit.first, n = first + i, m;\n",
+    "    int first = args.fit.first, n = first + i, m, beside;\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);\n",
+    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
+    "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -20817,7 +21781,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6193 \"springls.h\"\n",
+    "#line 6275 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -21196,7 +22160,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6573 \"springls.h\"\n",
+    "#line 6655 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21347,7 +22311,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6725 \"springls.h\"\n",
+    "#line 6807 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21377,7 +22341,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6755 \"springls.h\"\n",
+    "#line 6837 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21392,7 +22356,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6771 \"springls.h\"\n",
+    "#line 6853 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21561,7 +22525,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6940 \"springls.h\"\n",
+    "#line 7022 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21576,7 +22540,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6955 \"springls.h\"\n",
+    "#line 7037 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21745,7 +22709,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7124 \"springls.h\"\n",
+    "#line 7206 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21779,7 +22743,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7159 \"springls.h\"\n",
+    "#line 7241 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21881,13 +22845,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
     "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7268 \"springls.h\"\n",
+    "#line 7351 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21984,7 +22949,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7366 \"springls.h\"\n",
+    "#line 7449 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -22058,7 +23023,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7441 \"springls.h\"\n",
+    "#line 7524 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -22292,7 +23257,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7676 \"springls.h\"\n",
+    "#line 7759 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -22317,7 +23282,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7702 \"springls.h\"\n",
+    "#line 7785 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22575,7 +23540,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7961 \"springls.h\"\n",
+    "#line 8044 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22606,7 +23571,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
-    "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
+    "    X(fit_new_springls, 16,                                                                                                      \\\n",
+    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY))    \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
@@ -22658,7 +23624,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22662 \"springls.h\"\n",
+    "#line 23628 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -23540,7 +24506,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
-    ctx->locked_count = 0;
+    springls__forget_targets(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
     SPRINGLS__TRY(springls__band_move(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
@@ -23815,7 +24781,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
