@@ -14682,20 +14682,28 @@ SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
     return ray->best.found;
 }
 
-/* Clips the ray to the cubes of the domain: [*t_in, *t_out]. */
+/* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
 SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double origin[3], const double direction[3],
-                                           double *t_in, double *t_out)
+                                           double *t_in, double *t_out, double from[3])
 {
-    int k;
+    int k, entry = -1;
     for (k = 0; k < 3; k++) {
         double lower = -1.0 - origin[k], upper = (double)g->size[k] - origin[k];
         if (direction[k] != 0.0) {
             double a = lower / direction[k], b = upper / direction[k];
-            if ((a < b ? a : b) > *t_in) *t_in = a < b ? a : b;
+            if ((a < b ? a : b) > *t_in) {
+                *t_in = a < b ? a : b;
+                entry = k;
+            }
             if ((a < b ? b : a) < *t_out) *t_out = a < b ? b : a;
         } else if (lower > 0.0 || upper < 0.0) {
             return false;
         }
+    }
+    for (k = 0; k < 3; k++) { /* at the border of the domain to the bit: a far origin costs no digits */
+        const double lower = -1.0, upper = (double)g->size[k];
+        from[k] = k != entry ? origin[k] + *t_in * direction[k] : direction[k] > 0.0 ? lower : upper;
+        from[k] = from[k] < lower ? lower : from[k] > upper ? upper : from[k];
     }
     return *t_in <= *t_out;
 }
@@ -14708,11 +14716,7 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
     double from[3], t_in = 0.0, t_out = *t;
     int k, slab, last, step, end;
     memset(&ray, 0, sizeof ray);
-    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out)) return ray.best;
-    for (k = 0; k < 3; k++) { /* from the border of the domain: a far origin costs no digits */
-        from[k] = origin[k] + t_in * direction[k];
-        from[k] = from[k] < -1.0 ? -1.0 : from[k] > (double)g->size[k] ? (double)g->size[k] : from[k];
-    }
+    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
     ray.g = g;
     ray.frame = springls__ray_frame_make(from, direction);
     ray.t_max = *t - t_in;
@@ -22830,7 +22834,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22834 \"springls.h\"\n",
+    "#line 22838 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
