@@ -93,6 +93,7 @@
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
      >>set_level_set        src/input/set_level_set.h
+     >>split_input          src/input/split_input.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>material             src/output/material.h
@@ -303,6 +304,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
+                split_input          1: large triangles of a mesh become several springls 1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -335,6 +337,10 @@
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
    coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_set_mesh makes several springls of a triangle much larger than a voxel (split_input = 1). springls_springl_materials
+   finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
+   attribute.
 
    springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
@@ -788,7 +794,9 @@ typedef struct springls_params {
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
 
-    /* initial springls of a level set or shape */
+    /* initial springls: of a mesh; of a level set or shape */
+    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
+                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
@@ -824,7 +832,8 @@ typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
-                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
+                                      springls_combine fail, springls_set_mesh takes any number of triangles, but
+                                      divides no more when there are so many. 0: 64 million                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -867,8 +876,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
    empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
 
-/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
-   welded. */
+/* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
+   were welded. */
 typedef struct springls_mesh_report {
     int triangles_dropped;   /* without an area, or with a repeated corner                                          */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
@@ -879,14 +888,18 @@ typedef struct springls_mesh_report {
     bool flipped;            /* the input was inside out and has been turned                                        */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
+    int springls;            /* made of triangles and their parts, and of the film that closes holes                */
 } springls_mesh_report;
 
-/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+/* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
+   a triangle with an edge longer than split_edge becomes several: it is divided at the middle of its longest edge, and its
+   parts again, alike on both sides of every edge and only within the grid. Springls are in the order of the triangles.
+   springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
+   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
-   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
-   when they are not.
+   which come after those of the triangles.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
@@ -1377,7 +1390,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -12067,6 +12080,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.split_input = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -12094,6 +12108,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.split_input = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -12143,6 +12158,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(split_input, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
@@ -12670,12 +12686,18 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+/* Makes phi the original level set: phi_ref = phi. */
+SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__reference_copy(ctx);
+}
+
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__make_reference(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
@@ -13211,6 +13233,119 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
     return springls__clear_on_failure(ctx, status);
 }
 
+/* ======== >>split_input  (src/input/split_input.h) ============================================================= */
+/* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
+   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
+   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+
+enum { SPRINGLS__SPLIT_STACK = 256 };
+
+/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+typedef struct springls__split_part { double q[3][3]; } springls__split_part;
+
+/* Holds what parts are divided by. room: how many more springls there may be. */
+typedef struct springls__split_rule { double longest2, lower[3], upper[3]; int room; } springls__split_rule;
+
+/* Returns the rule for a model of `given` triangles. An equilateral triangle of the largest edge is no larger than split_area, so
+   that resample leaves all parts as they are. */
+SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context *ctx, int given)
+{
+    const double margin = 0.5 + (double)ctx->model.params.band_half_width; /* beyond the outermost voxels */
+    const double edge = (double)ctx->model.params.split_edge, area = (double)ctx->model.params.split_area;
+    const double edge2_of_area = 2.309401077; /* 4 / sqrt 3 */
+    springls__split_rule rule;
+    int k;
+    rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
+    if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
+    rule.room = springls__imax(ctx->desc.max_springls - given, 0);
+    for (k = 0; k < 3; k++) {
+        rule.lower[k] = -margin;
+        rule.upper[k] = (double)ctx->desc.grid.size[k] - 1.0 + margin;
+    }
+    return rule;
+}
+
+/* Returns true when the bounds of a part meet the grid. */
+SPRINGLS__FN bool springls__part_in_grid(const springls__split_rule *rule, const springls__split_part *part)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        int below = 0, above = 0;
+        for (i = 0; i < 3; i++) {
+            below += part->q[i][k] < rule->lower[k];
+            above += part->q[i][k] > rule->upper[k];
+        }
+        if (below == 3 || above == 3) return false;
+    }
+    return true;
+}
+
+/* Returns the longest edge: 0, 1 or 2, from that corner to the next; and its squared length. */
+SPRINGLS__FN int springls__part_longest_edge(const springls__split_part *part, double *length2)
+{
+    int m, k, longest = 0;
+    *length2 = -1.0;
+    for (m = 0; m < 3; m++) {
+        double sum = 0.0;
+        for (k = 0; k < 3; k++) sum += (part->q[(m + 1) % 3][k] - part->q[m][k]) * (part->q[(m + 1) % 3][k] - part->q[m][k]);
+        if (sum <= *length2) continue;
+        *length2 = sum;
+        longest = m;
+    }
+    return longest;
+}
+
+/* Cuts a part from the middle of an edge to the opposite corner; both halves keep its orientation. */
+SPRINGLS__FN void springls__part_halve(springls__split_part part, int edge, springls__split_part *first,
+                                       springls__split_part *second)
+{
+    int next = (edge + 1) % 3, k;
+    *first = *second = part;
+    for (k = 0; k < 3; k++)
+        first->q[next][k] = second->q[edge][k] = 0.5 * (part.q[edge][k] + part.q[next][k]);
+}
+
+/* Appends a springl; it comes from the input, and its particle is its correspondence. */
+SPRINGLS__FN springls_status springls__part_append(springls_context *ctx, const springls__split_part *part)
+{
+    springls__springl s;
+    int m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + 1));
+    memset(&s, 0, sizeof s);
+    for (m = 0; m < 3; m++) s.q[m] = springls__v3_make((float)part->q[m][0], (float)part->q[m][1], (float)part->q[m][2]);
+    s.p = springls__tri_centroid(springls__springl_tri(s));
+    springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+    return SPRINGLS_OK;
+}
+
+/* Appends the springls of one triangle. Parts outside of the grid stay whole; so do those beyond max_springls, which are counted
+   as refused. */
+SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, springls__split_rule *rule, const springls__v3 q[3])
+{
+    springls__split_part stack[SPRINGLS__SPLIT_STACK];
+    int top = 1, m;
+    for (m = 0; m < 3; m++) {
+        stack[0].q[m][0] = (double)q[m].x;
+        stack[0].q[m][1] = (double)q[m].y;
+        stack[0].q[m][2] = (double)q[m].z;
+    }
+    while (top) {
+        const springls__split_part part = stack[--top];
+        double length2;
+        int edge = springls__part_longest_edge(&part, &length2);
+        bool large = length2 > rule->longest2 && springls__part_in_grid(rule, &part);
+        if (large && rule->room > 0 && top + 2 <= SPRINGLS__SPLIT_STACK) {
+            springls__part_halve(part, edge, &stack[top + 1], &stack[top]);
+            rule->room--;
+            top += 2;
+        } else {
+            ctx->stats.refused += large;
+            SPRINGLS__TRY(springls__part_append(ctx, &part));
+        }
+    }
+    return SPRINGLS_OK;
+}
+
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
 /* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
@@ -13546,21 +13681,37 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
-SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
+/* Returns the corners of a listed triangle, turned as m->turn has it. */
+SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
-    uint8_t mirrored = springls__is_mirrored(ctx);
-    int t, k;
+    int k;
+    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+}
+
+/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+{
+    const uint8_t mirrored = springls__is_mirrored(ctx);
+    int t;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->original, m->count));
     for (t = 0; t < m->count; t++) {
-        springls__springl s;
-        springls__tri tri;
-        memset(&s, 0, sizeof s);
         m->turn[t] ^= mirrored;
-        for (k = 0; k < 3; k++) s.q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
-        tri.a = s.q[0]; tri.b = s.q[1]; tri.c = s.q[2];
-        s.p = springls__tri_centroid(tri);
-        springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+        springls__mesh_corners(m, t, ctx->original.points + 3 * t);
     }
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->original, m->count));
+    return springls__surface_make_dipoles(ctx, &ctx->original);
+}
+
+/* Appends the springls of the original surface's triangles, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+{
+    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
+    int t;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
+    for (t = 0; t < ctx->original.count; t++)
+        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
@@ -13591,17 +13742,15 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
-    springls__mesh_append_springls(ctx, m);
-    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
-    SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
+    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__make_original(ctx));
+    SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -13678,6 +13827,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
+    report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
@@ -16205,7 +16355,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 699 \"springls.h\"\n",
+    "#line 705 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16298,11 +16448,13 @@ static const char *const springls__kernel_lines[] = {
     "    /* after a step */\n",
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
     "\n",
-    "    /* initial springls of a level set or shape */\n",
+    "    /* initial springls: of a mesh; of a level set or shape */\n",
+    "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
+    "                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1482 \"springls.h\"\n",
+    "#line 1495 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16376,7 +16528,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1557 \"springls.h\"\n",
+    "#line 1570 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16457,7 +16609,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1639 \"springls.h\"\n",
+    "#line 1652 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16533,7 +16685,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1716 \"springls.h\"\n",
+    "#line 1729 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16552,7 +16704,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1736 \"springls.h\"\n",
+    "#line 1749 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16567,7 +16719,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1752 \"springls.h\"\n",
+    "#line 1765 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16691,7 +16843,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1876 \"springls.h\"\n",
+    "#line 1889 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16717,7 +16869,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1903 \"springls.h\"\n",
+    "#line 1916 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -16868,7 +17020,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2055 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16883,7 +17035,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2070 \"springls.h\"\n",
+    "#line 2083 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17007,14 +17159,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2194 \"springls.h\"\n",
+    "#line 2207 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2202 \"springls.h\"\n",
+    "#line 2215 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17026,7 +17178,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2214 \"springls.h\"\n",
+    "#line 2227 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17041,7 +17193,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2230 \"springls.h\"\n",
+    "#line 2243 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17085,7 +17237,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2274 \"springls.h\"\n",
+    "#line 2287 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17100,7 +17252,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2289 \"springls.h\"\n",
+    "#line 2302 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17144,7 +17296,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2333 \"springls.h\"\n",
+    "#line 2346 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17216,7 +17368,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2418 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17231,7 +17383,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2421 \"springls.h\"\n",
+    "#line 2434 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17294,7 +17446,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2484 \"springls.h\"\n",
+    "#line 2497 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17309,7 +17461,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2499 \"springls.h\"\n",
+    "#line 2512 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17372,7 +17524,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2563 \"springls.h\"\n",
+    "#line 2576 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17680,7 +17832,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2872 \"springls.h\"\n",
+    "#line 2885 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -18066,7 +18218,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3259 \"springls.h\"\n",
+    "#line 3272 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18075,7 +18227,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3268 \"springls.h\"\n",
+    "#line 3281 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18090,7 +18242,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3284 \"springls.h\"\n",
+    "#line 3297 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18103,7 +18255,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3297 \"springls.h\"\n",
+    "#line 3310 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18118,7 +18270,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3312 \"springls.h\"\n",
+    "#line 3325 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18131,7 +18283,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3325 \"springls.h\"\n",
+    "#line 3338 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18345,7 +18497,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4022 \"springls.h\"\n",
+    "#line 4035 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18521,7 +18673,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4199 \"springls.h\"\n",
+    "#line 4212 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18604,7 +18756,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4283 \"springls.h\"\n",
+    "#line 4296 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18778,7 +18930,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4458 \"springls.h\"\n",
+    "#line 4471 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -18854,7 +19006,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4535 \"springls.h\"\n",
+    "#line 4548 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -18880,7 +19032,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4562 \"springls.h\"\n",
+    "#line 4575 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -18949,7 +19101,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4632 \"springls.h\"\n",
+    "#line 4645 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19077,7 +19229,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4761 \"springls.h\"\n",
+    "#line 4774 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -19132,7 +19284,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4817 \"springls.h\"\n",
+    "#line 4830 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19147,7 +19299,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4832 \"springls.h\"\n",
+    "#line 4845 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19162,7 +19314,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4848 \"springls.h\"\n",
+    "#line 4861 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19173,7 +19325,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4859 \"springls.h\"\n",
+    "#line 4872 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19188,7 +19340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4874 \"springls.h\"\n",
+    "#line 4887 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19199,7 +19351,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4885 \"springls.h\"\n",
+    "#line 4898 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19302,7 +19454,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4989 \"springls.h\"\n",
+    "#line 5002 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19781,7 +19933,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5469 \"springls.h\"\n",
+    "#line 5482 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19879,7 +20031,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5568 \"springls.h\"\n",
+    "#line 5581 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20008,7 +20160,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5698 \"springls.h\"\n",
+    "#line 5711 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20198,7 +20350,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5889 \"springls.h\"\n",
+    "#line 5902 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20307,7 +20459,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 5999 \"springls.h\"\n",
+    "#line 6012 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20686,7 +20838,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6379 \"springls.h\"\n",
+    "#line 6392 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -20837,7 +20989,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6531 \"springls.h\"\n",
+    "#line 6544 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -20867,7 +21019,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6561 \"springls.h\"\n",
+    "#line 6574 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20882,7 +21034,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6577 \"springls.h\"\n",
+    "#line 6590 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21051,7 +21203,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6746 \"springls.h\"\n",
+    "#line 6759 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21066,7 +21218,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6761 \"springls.h\"\n",
+    "#line 6774 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21235,7 +21387,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6930 \"springls.h\"\n",
+    "#line 6943 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21269,7 +21421,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6965 \"springls.h\"\n",
+    "#line 6978 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21377,7 +21529,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7074 \"springls.h\"\n",
+    "#line 7087 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21474,7 +21626,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7172 \"springls.h\"\n",
+    "#line 7185 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21548,7 +21700,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7247 \"springls.h\"\n",
+    "#line 7260 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -21782,7 +21934,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7495 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22040,7 +22192,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7741 \"springls.h\"\n",
+    "#line 7754 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22122,7 +22274,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22126 \"springls.h\"\n",
+    "#line 22278 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
