@@ -243,16 +243,23 @@ TEST remeshes(void)
     static const int triangles[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
                                        1, 3, 7, 1, 7, 5 };
     springls_attribute_desc desc = { "face", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
-    springls_context *a = fixture_context(SIZE, NULL);
+    springls_params params = springls_default_params();
+    springls_context *a;
+    springls_measures before, after;
     float positions[24], face[12];
     springls_material *places;
     springls_view v;
     int i, wrong = 0;
+    params.split_input = 0;
+    a = fixture_context(SIZE, &params);
     for (i = 0; i < 24; i++) positions[i] = 12.3f + 14.0f * corner[i];
     for (i = 0; i < 12; i++) face[i] = (float)(i / 2);
     ASSERT_OK(springls_set_mesh(a, positions, 8, 0, triangles, 12, NULL));
     ASSERT_OK(springls_add_attribute(a, &desc, face, NULL));
+    ASSERT_OK(springls_measure(a, &before));
     ASSERT_OK(springls_remesh(a));
+    ASSERT_OK(springls_measure(a, &after));
+    ASSERT_EQ(before.volume, after.volume);
     CHECK_CALL(check(a, 14.0 * 14.0 * 14.0, 0.05, 1, 2));
     ASSERT_GT(springls_count(a), 600);
     places = (springls_material *)malloc((size_t)springls_count(a) * sizeof *places);
@@ -265,6 +272,45 @@ TEST remeshes(void)
     }
     ASSERT_LT(wrong, springls_count(a) / 50); /* at the edges the nearest triangle is anybody's guess */
     free(places);
+    springls_destroy(a);
+    PASS();
+}
+
+/* An octahedron of 8 triangles, or of these divided `depth` times and pushed out onto a ball: remesh moves no surface. */
+TEST remesh_keeps_the_volume(int depth)
+{
+    enum { MOST = 8 << 10 };
+    static const int octant[8][3] = { { 1, 1, 1 }, { -1, 1, 1 }, { 1, -1, 1 }, { 1, 1, -1 }, { -1, -1, 1 }, { -1, 1, -1 }, { 1, -1, -1 },
+                                      { -1, -1, -1 } };
+    static float positions[9 * MOST];
+    static int index[3 * MOST];
+    springls_context *a = fixture_context(SIZE, NULL);
+    springls_measures before, after;
+    int n = 1 << depth, count = 0, o, i, j, k, up, m;
+    for (o = 0; o < 8; o++)
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n - i; j++)
+                for (up = 0; up < (j < n - i - 1 ? 2 : 1); up++) {
+                    bool turned = octant[o][0] * octant[o][1] * octant[o][2] < 0;
+                    for (m = 0; m < 3; m++) {
+                        int c = turned && m ? 3 - m : m;
+                        int u = i + (up ? c != 2 : c == 1), v = j + (up ? c != 0 : c == 2);
+                        double at[3], length = 0.0;
+                        at[0] = u; at[1] = v; at[2] = n - u - v;
+                        for (k = 0; k < 3; k++) length += at[k] * at[k];
+                        length = depth ? sqrt(length) : n;
+                        for (k = 0; k < 3; k++) positions[9 * count + 3 * m + k] = (float)(19.6 + 12.0 * octant[o][k] * at[k] / length);
+                    }
+                    count++;
+                }
+    for (i = 0; i < 3 * count; i++) index[i] = i;
+    ASSERT_OK(springls_set_mesh(a, positions, 3 * count, 0, index, count, NULL));
+    ASSERT_OK(springls_measure(a, &before));
+    ASSERT_OK(springls_remesh(a));
+    ASSERT_OK(springls_measure(a, &after));
+    ASSERT_IN_RANGE(before.volume, after.volume, 0.0002 * before.volume);
+    ASSERT_EQ(1, after.components);
+    ASSERT_EQ(2, after.euler);
     springls_destroy(a);
     PASS();
 }
@@ -361,6 +407,7 @@ int main(int argc, char **argv)
     RUN_TEST(offsets_change_topology);
     RUN_TEST(smooths);
     RUN_TEST(remeshes);
+    for (i = 0; i < 6; i++) RUN_TESTp(remesh_keeps_the_volume, i);
     RUN_TEST(refusals);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
     GREATEST_MAIN_END();
