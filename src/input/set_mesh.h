@@ -8,7 +8,7 @@
      to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
      are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, or nothing is inside, the model is empty. */
 #ifndef SPRINGLS__INPUT_SET_MESH_H
 #define SPRINGLS__INPUT_SET_MESH_H
 
@@ -372,6 +372,21 @@ SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, spri
     return springls__surface_make_dipoles(ctx, &ctx->original);
 }
 
+/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
+   is one half, and between two sheets that lie on each other it is 0. */
+SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
+{
+    const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
+    int i;
+    for (i = 0; i < surface->count; i++) {
+        springls__tri t = springls__surface_triangle(surface, i);
+        float size = springls__sqrt(springls__length(springls__tri_area2(t)));
+        springls__v3 x = springls__mad(springls__tri_centroid(t), springls__tri_normal(t), -springls__min(depth, share * size));
+        if (springls__surface_winding(surface, x, 2.5f) > more_than_flat) return true;
+    }
+    return false;
+}
+
 /* Appends the springls of the original surface's triangles, in their order. */
 SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
 {
@@ -413,6 +428,8 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     springls__mesh_distance distance;
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    if (!springls__surface_has_inside(&ctx->original))
+        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     distance.surface = &ctx->original;
     distance.balanced = balanced;

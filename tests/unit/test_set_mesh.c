@@ -581,6 +581,48 @@ TEST strided_positions(void)
     PASS();
 }
 
+/* A sheet of n x n squares at height z, bent by `bend` voxels, up or down. */
+static void add_sheet(double z, double bend, bool up)
+{
+    const int n = 6;
+    int base = positions, i, j;
+    for (j = 0; j <= n; j++)
+        for (i = 0; i <= n; i++) add_position(8.0 + 2.5 * i, 8.0 + 2.5 * j, z + bend * sin(fixture_pi * i / n) * sin(fixture_pi * j / n));
+    for (j = 0; j < n; j++)
+        for (i = 0; i < n; i++) {
+            int a = base + i + (n + 1) * j, b = a + 1, c = a + n + 1, d = c + 1;
+            add_triangle(a, up ? b : d, up ? d : b);
+            add_triangle(a, up ? d : c, up ? c : d);
+        }
+}
+
+/* Without an inside there is no solid: a flat patch, open or doubled. A bent one has a film, and a thin plate has two sides. */
+TEST what_has_no_inside_is_refused(void)
+{
+    springls_desc desc = cube(32);
+    double z;
+    int doubled;
+    for (doubled = 0; doubled < 2; doubled++)
+        for (z = 15.0; z < 16.0; z += 0.25) {
+            clear_mesh();
+            add_sheet(z, 0.0, true);
+            if (doubled) add_sheet(z, 0.0, false);
+            ASSERT_STATUS(SPRINGLS_BAD_MESH, set_mesh(&desc));
+            ASSERT(strstr(springls_last_error(ctx), "no inside") != NULL);
+            ASSERT_EQ(0, springls_count(ctx));
+            springls_destroy(ctx);
+        }
+    clear_mesh();
+    add_sheet(15.3, 4.0, true);
+    ASSERT_OK(set_mesh(&desc));
+    springls_destroy(ctx);
+    clear_mesh();
+    add_box(d3_make(15.4, 15.4, 15.3), d3_make(8.0, 8.0, 0.1), d3_make(0.2, 0.1, 0.0));
+    ASSERT_OK(set_mesh(&desc));
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST bad_input_is_refused(void)
 {
     static const float point[12] = { 1, 1, 1, 9, 1, 1, 1, 9, 1, 5, 1, 1 };
@@ -603,8 +645,9 @@ TEST bad_input_is_refused(void)
     bad[4] = 1e38f;
     ASSERT_EQ(SPRINGLS_BAD_MESH, springls_set_mesh(ctx, bad, 4, 0, good, 1, NULL));
     ASSERT(strstr(springls_last_error(ctx), "million") != NULL);
-    ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, point, 4, 0, good, 1, NULL)); /* a single triangle is a model */
-    ASSERT_EQ(1, springls_count(ctx));
+    ASSERT_EQ(SPRINGLS_BAD_MESH, springls_set_mesh(ctx, point, 4, 0, good, 1, NULL)); /* a single triangle is no solid */
+    ASSERT(strstr(springls_last_error(ctx), "no inside") != NULL);
+    ASSERT_EQ(0, springls_count(ctx));
     clear_mesh();
     add_sphere(100, 8, 8, 5, 20, 10, 1.0);
     ASSERT_EQ(SPRINGLS_BAD_MESH, springls_set_mesh(ctx, position, positions, 0, triangle, triangles, NULL));
@@ -831,6 +874,7 @@ SUITE(dirty)
     RUN_TEST(repeated_faces_and_flat_ones);
     RUN_TEST(soup_is_welded);
     RUN_TEST(strided_positions);
+    RUN_TEST(what_has_no_inside_is_refused);
     RUN_TEST(bad_input_is_refused);
 }
 
