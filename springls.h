@@ -30,13 +30,13 @@
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
+     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
+     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
+     >>winding:kernel       kernels_embed/language/winding.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>evolve:kernel        kernels_embed/stages/evolve.h
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
-     >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
-     >>winding:kernel       kernels_embed/language/winding.h
      >>fit:kernel           kernels_embed/model/fit.h
-     >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>project:kernel       kernels_embed/stages/project.h
      >>project_body:kernel  kernels_embed/stages/project_body.h
      >>track:kernel         kernels_embed/stages/track.h
@@ -51,6 +51,7 @@
      >>topology:kernel      kernels_embed/stages/topology.h
      >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
+     >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
@@ -85,17 +86,24 @@
      >>keep_edges           src/stages/keep_edges.h
      >>project              src/stages/project.h
      >>volume_lock          src/stages/volume_lock.h
+     >>events               src/stages/events.h
+     >>components           src/stages/components.h
+     >>label_components     src/stages/label_components.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
+     >>set_reference        src/input/set_reference.h
+     >>set_level_set        src/input/set_level_set.h
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
-     >>set_level_set        src/input/set_level_set.h
      >>split_input          src/input/split_input.h
+     >>set_springls         src/input/set_springls.h
+     >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
+     >>component_views      src/output/component_views.h
      >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
@@ -145,7 +153,7 @@
      #include "springls.h"
 
    in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
-   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
+   Compile the implementation with -O3, and with -fopenmp for threads.
 
    STEP BY STEP
 
@@ -155,7 +163,7 @@
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time.
+        voxels a unit of time. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
@@ -230,9 +238,9 @@
                                                    it. After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
                                                    avoids such motions
-     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
-                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
-                                                   after phi has been carried
+                              advect               in a step, also moves springls by evolve_step lambda times the curvature, as
+                                                   one iteration of eq. 23 would move phi: see CURVATURE
+     evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried
      project_level_set = 1    project              phi near springls is their oriented distance, to second order
                               unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
                                                    that the paper's background cannot reach stay outside
@@ -291,7 +299,7 @@
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
-     lambda     curvature            of eq. 22; positive smooths                         0         0
+     lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
@@ -310,6 +318,21 @@
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
 
+   CURVATURE
+
+   Curvature is the sum of the two principal curvatures of phi's level, div(n) in 1/voxel: 2/R for a ball of radius R. Two
+   numbers smooth by it:
+
+     springls_forces.curvature_weight  a force, with either set: a ball has the radius sqrt(R^2 - 4 weight t) after the time t
+     params.curvature                  lambda of eq. 22, whose work depends on what the level set follows. Where springls
+                                       carry it (carry_level_set = 1), both move by evolve_step lambda times the curvature
+                                       in every step or sub-step, whatever dt is, but at most by half of max_displacement: a
+                                       ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps. Where it follows
+                                       by eq. 23, only the level set moves, as fast as that in each iteration where no springl
+                                       is near; elsewhere it comes to rest lambda times the curvature off the springls
+
+   Steps are stable up to about one voxel^2 of weight times dt.
+
    SHARP EDGES
 
    With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
@@ -323,6 +346,22 @@
    less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
    mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
    springls at edges.
+
+   MOTION FROM OUTSIDE
+
+   Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
+   springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
+
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
+                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
+                            they are given; a step divides itself by max_displacement
+
+   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
+   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
+   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+
+   springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
 
    ATTRIBUTES
 
@@ -412,9 +451,9 @@
    DETERMINISM
 
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
-   provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
-   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
+   -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
+   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
    own. Force callbacks must be deterministic too.
 
    LIMITS
@@ -538,6 +577,8 @@
   #define springls_implicit_notched_sphere SPRINGLS__NAME(springls_implicit_notched_sphere)
   #define springls_set_springls SPRINGLS__NAME(springls_set_springls)
   #define springls_set_reference SPRINGLS__NAME(springls_set_reference)
+  #define springls_set_reference_mesh SPRINGLS__NAME(springls_set_reference_mesh)
+  #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_relax_mask SPRINGLS__NAME(springls_set_relax_mask)
   #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
   #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
@@ -568,6 +609,10 @@
   #define springls_generations SPRINGLS__NAME(springls_generations)
   #define springls_pack_matrix SPRINGLS__NAME(springls_pack_matrix)
   #define springls_extract_surfels SPRINGLS__NAME(springls_extract_surfels)
+  #define springls_components SPRINGLS__NAME(springls_components)
+  #define springls_component_ids SPRINGLS__NAME(springls_component_ids)
+  #define springls_component_of SPRINGLS__NAME(springls_component_of)
+  #define springls_events SPRINGLS__NAME(springls_events)
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
@@ -772,7 +817,7 @@ typedef struct springls_params {
     int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
     float evolve_step;       /* delta t of eq. 23                                                                  */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
-    float curvature;         /* lambda of eq. 22: positive smooths                                                 */
+    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
@@ -793,6 +838,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
@@ -874,7 +920,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
+   that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded. */
@@ -944,13 +991,40 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
+   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
 /* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+   its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
+   coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
+   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report);
+
+/* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
+   as in views, 9 floats of vertices and 3 of the particle a springl.
+   - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
+     barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
+   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
+     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
+     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
+     phi anew after a motion of any size.
+   - Springls may leave the grid, as by springls_advect; the level set ends at its border.
+   - With a backend only the range is sent to the device.
+   INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
+   progress, after which indices may be others. NON_FINITE: a number is not finite or exceeds 10^6. After a failure nothing has
+   moved. */
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles);
 
 /* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
    follow their parent. NULL: all relax. */
@@ -970,6 +1044,24 @@ typedef void (*springls_velocity_fn)(void *user, const float *points, int count,
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
 
+/* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
+   params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
+   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+typedef struct springls_batch {
+    int count;                    /* of points, one a springl                                                       */
+    int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
+    float time;                   /* of the Runge-Kutta stage                                                       */
+    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *normals;         /* 3 each: outward unit normal of the springl                                     */
+    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const int *springls;          /* index of each point's springl, as in views and springls_write                  */
+    const uint32_t *ids;          /* its id, as in springls_ids                                                     */
+} springls_batch;
+
+/* Evaluates a force for a batch: `out` has 1, 3 or 12 floats a point, as the callbacks above. The batch is valid during the
+   call. Called like the pressure. */
+typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
+
 /* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
    of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
@@ -987,13 +1079,17 @@ typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
     springls_velocity_fn velocity; /* sigma                                                                         */
     springls_affine_fn affine;     /* A(p, a)                                                                       */
-    void *user;                    /* handed to all three                                                           */
+    springls_batch_fn pressure_batch; /* added to the pressure callback                                             */
+    springls_batch_fn velocity_batch; /* added to the velocity callback                                             */
+    springls_batch_fn affine_batch;   /* added to the affine callback                                               */
+    void *user;                    /* handed to all of them                                                         */
     springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
     springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
+    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
+                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
 } springls_forces;
 
@@ -1049,9 +1145,10 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
+   springls that springls_write has moved. */
 typedef struct springls_step_desc {
-    const springls_forces *forces;
+    const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
     float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
@@ -1146,6 +1243,56 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
+
+/* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
+
+/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
+   connected outside and enclosed by a body, such as a bubble. World units. */
+typedef struct springls_component {
+    uint32_t id;            /* from 1; no other component of this model ever gets it                                */
+    bool cavity;
+    double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
+    float center[3];        /* centroid of the volume                                                               */
+    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+} springls_component;
+
+/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
+   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+   list belongs to the context, until the next call that changes the model. */
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
+
+/* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
+   springl they are born beside, until components are found at the end of the step. */
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
+
+/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
+   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
+   springls_components. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+
+/* Names what happens to components. */
+typedef enum springls_event_kind {
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
+} springls_event_kind;
+
+/* Describes an event. */
+typedef struct springls_event {
+    double time;            /* of the model when it was found: the end of a sub-step                                */
+    float place[3];         /* world: where parts have met or parted; the centroid of what was born or died         */
+    int step;               /* springls_stats.steps then                                                            */
+    springls_event_kind kind;
+    bool cavity;            /* it happened to cavities: a bubble was closed (birth), opened or vanished (death), ... */
+    int before_count, after_count;
+    const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
+} springls_event;
+
+/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
+   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
+   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
@@ -1410,6 +1557,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
+    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 
@@ -1445,8 +1593,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
    them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
-   implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, or reorders sums, and
+   so breaks the promise of equal bits: compile the implementation without -ffast-math, with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
@@ -1461,6 +1609,12 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 #ifdef SPRINGLS_IMPLEMENTATION
 #ifndef SPRINGLS_IMPLEMENTED
 #define SPRINGLS_IMPLEMENTED
+
+/* Equal bits need a*b+c rounded twice. Clang and OpenCL have a pragma (compat.h), GCC takes an option. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
 
 
 /* ======== >>base  (src/runtime/base.h) ========================================================================= */
@@ -1503,6 +1657,9 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
+
+/* write: the number of the first springl, and which of its parts the caller gives. */
+typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
 typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
@@ -1551,6 +1708,7 @@ typedef union springls__arguments {
     springls__contract_arguments contract;
     springls__insert_arguments insert;
     springls__fit_arguments fit;
+    springls__write_arguments write;
     springls__edge_arguments edge;
     springls__exposure_arguments exposure;
     springls__omega_constant_arguments omega_constant;
@@ -1641,10 +1799,12 @@ typedef union springls__arguments {
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
-    /* volume_lock */                                                                                                            \
-    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \
-    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \
-    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \
+    /* components, events, volume_lock */                                                                                        \
+    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \
+    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \
+    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
+    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
@@ -2587,7 +2747,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(ID, uint32_t, 1, set, id)                                                                                                  \
     X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \
     X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \
-    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \
+    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \
+    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \
     X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \
     X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \
     X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \
@@ -2617,10 +2778,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
 
-/* Lists what moves springls on a device (advect.h). */
+/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
-    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)
+    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \
+    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)
 
 /* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */
 #define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \
@@ -2804,13 +2966,20 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 #undef SPRINGLS__STORE_MEMBER
 }
 
-/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */
+/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
-    record->component = -1;
+    record->component = record->cavity = 0u;
     record->phi = 0.0f;
     record->synced_position = record->s.p;
+}
+
+/* Gives springl i the components of springl `from`, beside which it is new. */
+SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)
+{
+    model->set.component[i] = model->set.component[from];
+    model->set.cavity[i] = model->set.cavity[from];
 }
 
 /* Stores a new springl in place i, at or beyond `count`. */
@@ -2997,6 +3166,39 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
                + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+}
+
+/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between
+   voxels. */
+SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                          springls__clamp(x.z, -1.0f, (float)g->size[2]) };
+    float w[9], sum = 0.0f;
+    int first[3], axis, d;
+    bool one_brick = true;
+    for (axis = 0; axis < 3; axis++) {
+        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
+        first[axis] = (int)nearest - 1;
+        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;
+        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
+        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
+        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
+    }
+    if (one_brick) {
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
+        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
+            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
+        return sum;
+    }
+    for (d = 0; d < 9; d++) {
+        int y = first[1] + d % 3, z = first[2] + d / 3;
+        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)
+                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)
+                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));
+    }
+    return sum;
 }
 
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
@@ -3396,17 +3598,24 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
-/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */
-SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
+/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
+   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
+   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
+   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
 {
-    float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
-                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
-    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+    const float h = 1.5f, largest = 0.7f * h; /* voxels */
+    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
+    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
+    int k;
+    for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */
+        springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);
+        float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;
+        d = springls__clamp(d, -largest, largest);
+        sum += d / (h * h - d * d);
+    }
+    return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));
 }
 
 /* Names the flows that kernels compute without a callback (eq. 1). */
@@ -3421,7 +3630,8 @@ typedef struct springls__force_rule {
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
-    int euler, stop_at_topology, pad[1];
+    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
+    int euler, stop_at_topology;
 } springls__force_rule;
 
 SPRINGLS__USER_VELOCITY
@@ -3454,7 +3664,7 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
     return out;
 }
 
@@ -3517,6 +3727,18 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
+/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                                    springls__movers d)
+{
+    springls__v3 smoothing;
+    int m;
+    if (rule->smoothing == 0.0f) return d;
+    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
+    return d;
+}
+
 /* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it
    moves. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
@@ -3529,7 +3751,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__displacement_of(model, &rule, at);
+    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
@@ -3735,8 +3957,13 @@ struct springls_context {
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
-    springls__buffer locked_memory; /* a double a component: the volume it is to have (volume_lock.h)           */
-    int locked_count;       /* 0: not measured yet                                                              */
+    springls__buffer component_memory, next_component_memory; /* components as found last, by id (components.h)  */
+    springls__buffer label_rank, label_parent, label_memory, label_id_memory; /* of voxels (label_components.h)                  */
+    springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
+    int component_count, labelled_bricks, label_count, event_count, event_part_count;
+    uint32_t last_component_id;
+    bool components_known;  /* they have been found since the model was set                                      */
+    bool volumes_locked;    /* the volumes that they are to keep are known                                       */
     int neighbors_age;      /* steps since the lists were built; negative: there are none for these springls    */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
@@ -3751,6 +3978,7 @@ struct springls_context {
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
     char error[256];
 };
@@ -3834,7 +4062,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
     if (bytes <= buffer->bytes) return SPRINGLS_OK;
     if (buffer->data) bytes += bytes / 2;
     memory = springls__allocate(ctx, bytes);
-    if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %zu bytes refused", bytes);
+    if (!memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "out of memory: %.0f bytes refused", (double)bytes);
     if (keep) memcpy(memory, buffer->data, keep);
     springls__release(ctx, buffer->data, buffer->bytes);
     buffer->data = memory;
@@ -4209,6 +4437,170 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
     return SPRINGLS__ALL_AROUND;
 }
 
+/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
+/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
+   two of them is wide, springls are missing or the surface ends. */
+
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
+
+typedef struct springls__angular_gaps {
+    springls__v3 e1, e2;                      /* the tangent frame  */
+    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
+    int count;
+} springls__angular_gaps;
+
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
+{
+    springls__angular_gaps gaps;
+    gaps.e1 = springls__any_tangent(n);
+    gaps.e2 = springls__cross(n, gaps.e1);
+    gaps.count = 0;
+    return gaps;
+}
+
+/* Adds a neighbor at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
+{
+    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
+    angle = springls__atan2(v, u);
+    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
+    gaps.angle[i] = angle;
+    gaps.count++;
+    return gaps;
+}
+
+/* The two widest gaps (radians), and the direction that halves the widest. */
+typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
+
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
+{
+    const float turn = 6.28318531f;
+    springls__widest_gap widest;
+    float from, middle;
+    int i;
+    widest.angle = turn;
+    widest.second = 0.0f;
+    widest.middle = gaps.e1;
+    if (gaps.count == 0) return widest;
+    from = gaps.angle[gaps.count - 1];
+    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps.count; i++) {
+        float angle = gaps.angle[i] - gaps.angle[i - 1];
+        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
+        if (angle <= widest.angle) continue;
+        widest.angle = angle;
+        from = gaps.angle[i - 1];
+    }
+    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
+    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
+                                  springls__scale(gaps.e2, springls__sinpi(middle)));
+    return widest;
+}
+
+/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+   two wide gaps; its end and a drop leave nearly all open. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
+{
+    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
+    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
+}
+
+/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
+/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
+
+/* Two springls face against each other where the cosine of the angle between their normals is smaller. */
+#define SPRINGLS__FACING_AGAINST (-0.5f)
+
+/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
+   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */
+SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */
+    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
+        float d2, within = radius + s->bounding_radius;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
+   `high` above or below its tangent plane. */
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                             float r, float high)
+{
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__angular_gaps_widest(gaps);
+}
+
+/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
+   a voxel may break. Particles of both sides count; those right above or below have no direction. */
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
+    }
+    return springls__spans_sheet(gaps) != 0;
+}
+
 /* ======== >>neighbors:kernel  (kernels_embed/model/neighbors.h) ================================================ */
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
@@ -4250,6 +4642,13 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
+/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */
+SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)
+{
+    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;
+    return model->params.keep_thin && springls__across_gap(d, n, m);
+}
+
 /* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the
    last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
@@ -4278,7 +4677,7 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
             && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
+        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
@@ -4390,6 +4789,28 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     return false;
 }
 
+/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
+   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */
+SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
+{
+    const float r = 1.6f, aside = 1.0f; /* voxels */
+    const int enough = 2, enough_beside = 3;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    int other, across = 0, facing = 0, beside = 0;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);
+        float d2 = springls__length2(d), ahead = springls__dot(d, n);
+        if (other == i || d2 > r * r) continue;
+        beside += springls__dot(n, m) > 0.5f;
+        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;
+        across += springls__across_gap(d, n, m);
+        facing++;
+    }
+    return beside >= enough_beside && across >= enough && 2 * across >= facing;
+}
+
 /* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near
    zero in the projection. */
 SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
@@ -4404,10 +4825,12 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
+    bool buried = model->params.project_level_set && springls__is_buried(model, s);
     bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    bool thin = model->params.keep_thin != 0;
     *action = SPRINGLS__KEEP;
-    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;
-    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;
+    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))
+        *action = SPRINGLS__REMOVE;
     else if (!model->set.mask[i]
              && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -4545,103 +4968,6 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
     }
 }
 
-/* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
-/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
-
-/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
-{
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
-
-/* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
-/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
-   two of them is wide, springls are missing or the surface ends. */
-
-#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */
-
-typedef struct springls__angular_gaps {
-    springls__v3 e1, e2;                      /* the tangent frame  */
-    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
-    int count;
-} springls__angular_gaps;
-
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
-{
-    springls__angular_gaps gaps;
-    gaps.e1 = springls__any_tangent(n);
-    gaps.e2 = springls__cross(n, gaps.e1);
-    gaps.count = 0;
-    return gaps;
-}
-
-/* Adds a neighbor at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
-{
-    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
-    int i;
-    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
-    angle = springls__atan2(v, u);
-    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
-    gaps.angle[i] = angle;
-    gaps.count++;
-    return gaps;
-}
-
-/* The two widest gaps (radians), and the direction that halves the widest. */
-typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
-
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
-{
-    const float turn = 6.28318531f;
-    springls__widest_gap widest;
-    float from, middle;
-    int i;
-    widest.angle = turn;
-    widest.second = 0.0f;
-    widest.middle = gaps.e1;
-    if (gaps.count == 0) return widest;
-    from = gaps.angle[gaps.count - 1];
-    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < gaps.count; i++) {
-        float angle = gaps.angle[i] - gaps.angle[i - 1];
-        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
-        if (angle <= widest.angle) continue;
-        widest.angle = angle;
-        from = gaps.angle[i - 1];
-    }
-    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
-    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                  springls__scale(gaps.e2, springls__sinpi(middle)));
-    return widest;
-}
-
-/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
-   two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
-{
-    springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
-}
-
 /* ======== >>fit:kernel  (kernels_embed/model/fit.h) ============================================================ */
 /* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as
    functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order
@@ -4771,62 +5097,6 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
     return result;
 }
 
-/* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
-/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */
-
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        springls__tri_plan plan;
-        float d2, within = radius + s->bounding_radius;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        plan = springls__tri_plan_make(springls__springl_tri(*s));
-        d2 = springls__tri_distance2(&plan, x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
-/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
-   `high` above or below its tangent plane. */
-SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,
-                                                             float r, float high)
-{
-    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);
-    }
-    return springls__angular_gaps_widest(gaps);
-}
-
-/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
-   a voxel may break. Particles of both sides count; those right above or below have no direction. */
-SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
-{
-    const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(model->set.s[other].p, x);
-        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
-    }
-    return springls__spans_sheet(gaps) != 0;
-}
-
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
@@ -4943,10 +5213,10 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
+/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
 {
-    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
 }
 
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
@@ -5510,12 +5780,15 @@ SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls_
 }
 
 /* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's
-   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */
-SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)
+   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that
+   one, -1 when there is none. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,
+                                                                   int *nearest_springl)
 {
     springls__v3 n = springls__springl_normal(s);
     float radius = model->params.neighbor_radius;
     int attempt;
+    *nearest_springl = -1;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
         springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
@@ -5532,6 +5805,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
             if (d2 < best) {
                 best = d2;
                 nearest = model->set.a[other];
+                *nearest_springl = other;
             }
         }
         if (count == 0) continue;
@@ -5706,6 +5980,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
 }
 
 /* ======== >>marching_cubes:kernel  (kernels_embed/model/marching_cubes.h) ====================================== */
@@ -5993,9 +6268,10 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 /* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = args.fit.first, n = first + i, m;
+    int first = args.fit.first, n = first + i, m, beside;
     springls__springl s = model->set.s[n];
-    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);
+    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
+    if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
@@ -6242,9 +6518,10 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
     return true;
 }
 
-/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */
+/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
+   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */
 SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
-                                             springls__v3 normal)
+                                             springls__v3 normal, float side)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -6253,15 +6530,14 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
-                return true;
+            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;
+            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a
-   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may
-   break. */
+/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a
+   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
                                               springls__moments sum, bool carry, bool at_edge, float phi)
@@ -6274,8 +6550,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && springls__can_nucleate(phi, f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
@@ -7077,6 +7353,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
+    springls__inherit_components(model, n, i);
     model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
@@ -7492,6 +7769,32 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
+/* ======== >>write:kernel  (kernels_embed/stages/write.h) ======================================================= */
+/* write.h - springls that the caller moves. */
+
+/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */
+SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)
+{
+    springls__tri_hit before = springls__tri_closest(from, p);
+    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);
+    return springls__add(after.point, springls__sub(p, before.point));
+}
+
+/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a
+   particle that is not given stays where it is in its triangle. */
+SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)
+{
+    int n = args.write.first + i, m;
+    springls__springl s = model->set.s[n], old = s;
+    if (args.write.particles) s.p = model->force.written_particles[i];
+    if (args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];
+    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);
+    if (!args.write.vertices)
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
+    model->set.s[n] = springls__springl_finished(s);
+}
+
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
    four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its
@@ -7760,6 +8063,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 #define SPRINGLS__KERNELS(X)                                                                                                     \
     X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \
     X(move, 512, SPRINGLS__BIT(S))                                                                                               \
+    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
@@ -7781,7 +8085,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
     X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
-    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \
+    X(fit_new_springls, 16,                                                                                                      \
+      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY))    \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
     X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
@@ -8068,7 +8373,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
                                                              "fill_gaps", "track", "unsigned_to_signed", "project",
-                                                             "keep_edges", "volume_lock" };
+                                                             "keep_edges", "volume_lock", "components" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -8477,12 +8782,13 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Notes that springls have moved: cells, omega and the hierarchy of their triangles are out of date. */
+/* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
+    ctx->components_fresh = ctx->labels_fresh = false;
 }
 
 /* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
@@ -8765,7 +9071,9 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
     ctx->iteration = 0;
-    ctx->locked_count = 0;
+    ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
+    ctx->last_component_id = 0;
+    ctx->components_known = ctx->volumes_locked = false;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
@@ -8814,6 +9122,13 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 /* transform.h - conversions between voxels, world coordinates and model coordinates (springl_surface.h). */
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
+/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
+SPRINGLS__FN bool springls__valid_point(const float *x)
+{
+    const float furthest = 1e6f; /* voxels */
+    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+}
 
 /* Multiplies a row-major 3x4 matrix and a point. */
 SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
@@ -8985,36 +9300,44 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls in one call of a callback */
 /* Of a block's displacements: the largest of a particle, squared; how many particles move; 1 when all are finite. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
-/* Writes sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls__v3 *points, int count, float time,
-                                 springls__v3 *out)
+/* Writes sigma of eq. 1 at the points of a batch. */
+SPRINGLS__FN void springls__flow(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, &points[0].x, count, time, buffer);
+        forces->velocity(forces->user, batch->points, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__scale(springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
+    }
+    if (forces->velocity_batch) {
+        forces->velocity_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
-                                     motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__load3(buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__load3(buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Adds rho of eq. 1 and motion by curvature, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+/* Adds rho of eq. 1 and motion by curvature at the particles of a batch, along the normals. */
+SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_batch *batch, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
+    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
+    const springls__v3 *normals = (const springls__v3 *)(const void *)batch->normals;
     float buffer[SPRINGLS__ADVECT_BLOCK];
-    int i;
+    int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
+        forces->pressure(forces->user, batch->points, batch->normals, count, batch->time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
+    }
+    if (forces->pressure_batch) {
+        forces->pressure_batch(forces->user, batch, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], motion->rule.pressure_weight * buffer[i]);
     }
     if (forces->pressure_grid.data) {
@@ -9025,35 +9348,16 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i],
-                                   -forces->curvature_weight * springls__curvature_at(&motion->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
+                                   forces->curvature_weight);
     }
 }
 
-/* Finds the slopes of all points of a block that move: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springls__v3 *x, const springls__v3 *a, int count,
-                                   float time, springls__v3 *slope)
+/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
+SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
+                                       springls__v3 *slope)
 {
-    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
-    float affine[12 * SPRINGLS__ADVECT_BLOCK];
     int i, m;
-    for (i = 0; i < count; i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
-    springls__flow(motion, x, count, time, slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
-        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
-        memset(push, 0, sizeof push);
-        springls__push(motion, x, normals, count, time, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(motion, x + m * count, count, time, slope + m * count);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    if (!motion->forces.affine) return;
-    motion->forces.affine(motion->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -9063,6 +9367,54 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, const springl
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, motion->affine_weight);
         }
+}
+
+/* Chooses the points of a batch: mover m of a block, 0 the particles, m > 0 the vertices m - 1. */
+SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
+{
+    batch->points = &x[m * batch->count].x;
+    batch->vertex = m - 1;
+}
+
+/* Finds the slopes of all points of a block that move: x holds its particles, then their q0s, q1s and q2s. batch: the
+   springls of the block. */
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls_batch *batch, const springls__v3 *x, float time,
+                                   springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m, count = batch->count;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    batch->normals = &normals[0].x;
+    batch->time = time;
+    springls__batch_points(batch, x, 0);
+    springls__flow(motion, batch, slope);
+    if (!motion->ctx->model.params.vertex_velocity) {
+        springls__push(motion, batch, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(motion, batch, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) {
+            springls__batch_points(batch, x, m);
+            springls__flow(motion, batch, slope + m * count);
+        }
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
+    }
+    springls__batch_points(batch, x, 0);
+    if (forces->affine) {
+        forces->affine(forces->user, batch->points, batch->correspondences, count, time, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, batch, affine);
+        springls__add_affine(motion, affine, x, count, slope);
+    }
 }
 
 SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
@@ -9086,29 +9438,37 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
     const springls__springl *s = motion->ctx->model.set.s + first;
-    const springls__v3 *a = motion->ctx->model.set.a + first;
-    int i, m, n = SPRINGLS__MOVERS * count;
+    springls_batch batch;
+    int springls[SPRINGLS__ADVECT_BLOCK], i, m, n = SPRINGLS__MOVERS * count;
+    memset(&batch, 0, sizeof batch);
+    batch.correspondences = &motion->ctx->model.set.a[first].x;
+    batch.springls = springls;
+    batch.ids = motion->ctx->model.set.id + first;
+    batch.count = count;
     for (i = 0; i < count; i++) {
+        springls[i] = first + i;
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(motion, x, a, count, motion->rule.stage_time[0], k1);
+    springls__slopes(motion, &batch, x, motion->rule.stage_time[0], k1);
     if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], motion->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[1], k2);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[1], k2);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[2], k3);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[2], k3);
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], motion->rule.dt);
-        springls__slopes(motion, stage, a, count, motion->rule.stage_time[3], k4);
+        springls__slopes(motion, &batch, stage, motion->rule.stage_time[3], k4);
         for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], motion->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = motion->displacement[first + i].x;
-        for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (motion->rule.stop_at_topology && springls__is_held(&motion->ctx->model.grid, s[i], d[0]))
-            memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
+        const springls__grid *g = &motion->ctx->model.grid;
+        springls__movers d;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
+        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
+        motion->displacement[first + i] = d;
     }
     motion->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(motion->displacement + first, count);
 }
@@ -9164,11 +9524,11 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.stop_at_topology;
+    bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, block_motions, springls__advect_blocks(ctx)));
     motion->blocks = springls__block_motions(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid,
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | grid,
                                     SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(block_motions)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, motion);
     return SPRINGLS_OK;
@@ -9195,7 +9555,8 @@ SPRINGLS__FN bool springls__device_can_displace(springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     float *n = motion->rule.flow_numbers;
-    if (forces->pressure || forces->affine) return false;
+    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
+        return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
@@ -11041,43 +11402,57 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
-/* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
-/* volume_lock.h - keeps the volume of every component (params.volume_lock) by a tiny offset of its springls and of phi along
-   the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
-   its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the springls: each has the
-   number of the component it was in, so that after a split targets are shared out, and after a merger they are summed. It is
-   off by default and in double precision, which not every device has: it always runs on the host. */
+/* ======== >>label_components  (src/stages/label_components.h) ================================================== */
+/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
+   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
+   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
+   device has: it always runs on the host. */
 
-typedef struct springls__volume_component {
-    double volume, area;    /* voxel^3, voxel^2                                                                 */
-    float offset, moved;    /* of this iteration, of all; voxels                                                */
-    int32_t node;           /* root of its tree among the links                                                 */
-    bool speck;
-} springls__volume_component;
+/* A component of phi as it is now. */
+typedef struct springls__component_now {
+    double volume, area, moment[3];        /* voxel^3, voxel^2; volume times centroid, voxels */
+    double world_area;
+    uint32_t id;
+    int32_t deepest;        /* node of the voxel furthest from the surface                                      */
+    float depth, moved;     /* moved: by volume_lock                                                            */
+    bool cavity;
+} springls__component_now;
 
-/* The components of phi as it is now. */
-typedef struct springls__volume_components {
-    springls__volume_component *item;
+/* The components of phi as it is now, and the label of every voxel. */
+typedef struct springls__labels {
+    springls__component_now *item;
     int count;
-    int32_t *rank;          /* slot -> place in `active`                                                        */
-    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
-    int32_t *label;         /* component of a voxel of active bricks; -1: too far outside                       */
+    const int32_t *rank;    /* slot -> place in `active`                                                        */
+    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, of all bricks, and the exterior */
+    int32_t *label;         /* component of a voxel of active bricks; -1: the exterior                          */
+    const int32_t *body;    /* volume_lock: body of a voxel of active bricks, also outside                      */
     int32_t voxels;         /* nodes that are voxels                                                            */
-} springls__volume_components;
+    double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
+} springls__labels;
 
-/* ---- components of phi ---- */
-
-/* Returns the node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
+/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return c->voxels + springls__brick_at(g, x, y, z);
-    return c->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->voxels + springls__brick_at(g, x, y, z);
+    return l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
 }
 
-SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int z)
+/* Finds the voxel of a node that is one. */
+SPRINGLS__FN void springls__voxel_of_node(const springls__grid *g, int32_t node, int32_t voxel[3])
 {
-    return springls__grid_contains(g, x, y, z) && springls__grid_voxel(g, g->phi, x, y, z) < 0.0f;
+    int v = node % SPRINGLS__BRICK_VOXELS, origin[3];
+    springls__slot_origin(g, g->active[node / SPRINGLS__BRICK_VOXELS], origin);
+    voxel[0] = origin[0] + (v & 7);
+    voxel[1] = origin[1] + (v >> 3 & 7);
+    voxel[2] = origin[2] + (v >> 6);
+}
+
+/* Returns the component of a node; -1: the exterior. Precondition: the insides of active bricks are labelled. */
+SPRINGLS__FN int32_t springls__label_of_node(const springls__labels *l, int32_t node)
+{
+    if (node >= l->voxels) node = springls__find_root(l->parent, node);
+    return node < l->voxels ? l->label[node] : -1;
 }
 
 /* Joins two trees of a forest; the lower root stays a root. */
@@ -11089,83 +11464,134 @@ SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
     else parent[a] = b;
 }
 
-/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
-{
-    out[0] = x + (d == 1) - (d == 0);
-    out[1] = y + (d == 3) - (d == 2);
-    out[2] = z + (d == 5) - (d == 4);
-}
+/* ---- connection ---- */
 
-/* Joins the inside voxels of active brick i with those beside them. */
-SPRINGLS__FN void springls__join_voxels(const springls__grid *g, springls__volume_components *c, int i)
+/* Joins a row of 8 voxels with the row beside it where the sides agree, once for each run of voxels. a, b: their first nodes. */
+SPRINGLS__FN void springls__join_rows(int32_t *parent, int32_t a, const float *phi_a, int32_t b, const float *phi_b, int length)
 {
-    int v, d, o[3], to[3];
-    springls__slot_origin(g, g->active[i], o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-        if (!springls__is_inside(g, x, y, z)) continue;
-        for (d = 0; d < 6; d++) {
-            springls__voxel_beside(x, y, z, d, to);
-            if (!springls__is_inside(g, to[0], to[1], to[2])) continue;
-            springls__join_trees(c->parent, i * SPRINGLS__BRICK_VOXELS + v, springls__component_node(g, c, to[0], to[1], to[2]));
-        }
+    int x;
+    bool joined = false; /* with the voxels before */
+    for (x = 0; x < length; x++) {
+        bool inside = phi_a[x] < 0.0f, agrees = inside == (phi_b[x] < 0.0f);
+        if (x > 0 && inside != (phi_a[x - 1] < 0.0f)) joined = false;
+        if (agrees && !joined) springls__join_trees(parent, a + x, b + x);
+        joined = agrees;
     }
 }
 
-/* Joins the constant bricks that are inside among themselves. */
-SPRINGLS__FN void springls__join_bricks(const springls__grid *g, springls__volume_components *c)
+/* Finds how many voxels of the brick at `origin` lie in the domain, along each axis. */
+SPRINGLS__FN void springls__brick_extent(const springls__grid *g, const int origin[3], int extent[3])
 {
-    int brick, bricks = (int)springls__brick_count(g), d, to[3];
-    for (brick = 0; brick < bricks; brick++) {
-        int place[3];
-        if (g->top[brick] != SPRINGLS__INSIDE) continue;
-        springls__brick_place(g, brick, place);
-        for (d = 1; d < 6; d += 2) {
-            int beside;
-            springls__voxel_beside(place[0], place[1], place[2], d, to);
-            if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
-            beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__join_trees(c->parent, c->voxels + brick, c->voxels + beside);
+    int axis;
+    for (axis = 0; axis < 3; axis++) extent[axis] = springls__imin(SPRINGLS__BRICK, g->size[axis] - origin[axis]);
+}
+
+/* Joins the voxels of active brick i with each other. */
+SPRINGLS__FN void springls__join_within_brick(const springls__grid *g, springls__labels *l, int i)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int32_t first = i * SPRINGLS__BRICK_VOXELS;
+    int origin[3], extent[3], x, y, z;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    for (z = 0; z < extent[2]; z++)
+        for (y = 0; y < extent[1]; y++) {
+            int32_t row = 8 * y + 64 * z;
+            for (x = 1; x < extent[0]; x++)
+                if ((phi[row + x] < 0.0f) == (phi[row + x - 1] < 0.0f))
+                    springls__join_trees(l->parent, first + row + x - 1, first + row + x);
+            if (y > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 8, phi + row - 8, extent[0]);
+            if (z > 0) springls__join_rows(l->parent, first + row, phi + row, first + row - 64, phi + row - 64, extent[0]);
         }
+}
+
+/* Joins voxel (x, y, z) of an active brick with a voxel beside it in another brick; with the exterior at the domain's border. */
+SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__labels *l, int32_t node, bool inside, const int to[3])
+{
+    if (!springls__grid_contains(g, to[0], to[1], to[2])) {
+        if (!inside) springls__join_trees(l->parent, node, l->voxels + (int32_t)springls__brick_count(g));
+    } else if (inside == (springls__grid_voxel(g, g->phi, to[0], to[1], to[2]) < 0.0f)) {
+        springls__join_trees(l->parent, node, springls__label_node(g, l, to[0], to[1], to[2]));
+    }
+}
+
+/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
+{
+    const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    const int axis = d >> 1;
+    int origin[3], extent[3], at[3], to[3], j, k;
+    springls__slot_origin(g, g->active[i], origin);
+    springls__brick_extent(g, origin, extent);
+    at[axis] = d & 1 ? extent[axis] - 1 : 0;
+    for (k = 0; k < extent[(axis + 2) % 3]; k++)
+        for (j = 0; j < extent[(axis + 1) % 3]; j++) {
+            int v, c;
+            at[(axis + 1) % 3] = j;
+            at[(axis + 2) % 3] = k;
+            v = springls__voxel_in_brick(at[0], at[1], at[2]);
+            for (c = 0; c < 3; c++) to[c] = origin[c] + at[c];
+            to[axis] += d & 1 ? 1 : -1;
+            springls__join_across(g, l, i * SPRINGLS__BRICK_VOXELS + v, phi[v] < 0.0f, to);
+        }
+}
+
+/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
+SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
+{
+    const int32_t exterior = l->voxels + (int32_t)springls__brick_count(g);
+    int place[3], axis, stride = 1;
+    springls__brick_place(g, brick, place);
+    for (axis = 0; axis < 3; axis++) {
+        bool last = place[axis] == g->bricks[axis] - 1;
+        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
+            springls__join_trees(l->parent, l->voxels + brick, exterior);
+        if (!last && g->top[brick + stride] == g->top[brick])
+            springls__join_trees(l->parent, l->voxels + brick, l->voxels + brick + stride);
+        stride *= g->bricks[axis];
     }
 }
 
 /* ---- triangles of marching cubes ---- */
 
-typedef void (*springls__component_triangle)(springls__volume_components *c, springls__tri t, const int32_t nodes[3]);
+/* A triangle, with the nodes at the inner and at the outer ends of the edges of the cube that carry its vertices. */
+typedef struct springls__labelled_triangle { springls__tri t; int32_t inner[3], outer[3]; } springls__labelled_triangle;
 
-/* Finds the nodes of a triangle: those at the inner ends of the three edges of the cube at voxel `at` that carry its vertices. */
-SPRINGLS__FN void springls__triangle_nodes(const springls__grid *g, const springls__volume_components *c, springls__mc_cell cell,
-                                           int triangle, const int at[3], int32_t nodes[3])
+typedef void (*springls__triangle_visit)(springls__labels *l, const springls__labelled_triangle *triangle);
+
+/* Returns the node of a corner of the cube at voxel `at`; voxels beyond the domain belong to the exterior. */
+SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const springls__labels *l, const int at[3], int corner)
 {
-    int mask = springls__mc_case(cell), m;
-    for (m = 0; m < 3; m++) {
-        int edge = springls__mc_edge(mask, triangle, m), corner = springls__mc_edge_corner(edge);
-        if (!springls__mc_inside(cell.phi[corner])) corner |= 1 << springls__mc_edge_axis(edge);
-        nodes[m] = springls__component_node(g, c, at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2));
-    }
+    int x = at[0] + (corner & 1), y = at[1] + (corner >> 1 & 1), z = at[2] + (corner >> 2);
+    if (!springls__grid_contains(g, x, y, z)) return l->voxels + (int32_t)springls__brick_count(g);
+    return springls__label_node(g, l, x, y, z);
 }
 
-/* Visits the triangles of one cube of a brick. */
-SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__volume_components *c, const springls__cube_range *range,
-                                       springls__mc_cell cell, int x, int y, int z, springls__component_triangle visit)
+/* Visits the triangles of the cube at (x, y, z) of a brick. */
+SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels *l, const springls__cube_range *range,
+                                       springls__mc_cell cell, int x, int y, int z, springls__triangle_visit visit)
 {
-    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, at[3];
-    int32_t nodes[3];
+    int mask = springls__mc_case(cell), count = springls__mc_count(mask), k, m, at[3];
+    springls__labelled_triangle triangle;
     if (count == 0) return;
     at[0] = range->origin[0] + x;
     at[1] = range->origin[1] + y;
     at[2] = range->origin[2] + z;
     for (k = 0; k < count; k++) {
-        springls__triangle_nodes(g, c, cell, k, at, nodes);
-        visit(c, springls__cube_triangle(range, cell, mask, x, y, z, k), nodes);
+        for (m = 0; m < 3; m++) {
+            int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
+            int other = corner | 1 << springls__mc_edge_axis(edge);
+            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
+            triangle.inner[m] = springls__corner_node(g, l, at, inside ? corner : other);
+            triangle.outer[m] = springls__corner_node(g, l, at, inside ? other : corner);
+        }
+        triangle.t = springls__cube_triangle(range, cell, mask, x, y, z, k);
+        visit(l, &triangle);
     }
 }
 
 /* Visits all triangles of the zero level. */
-SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__volume_components *c,
-                                            springls__component_triangle visit)
+SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
     int i, x, y, z;
@@ -11175,38 +11601,162 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__v
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++)
-                    springls__visit_cube(g, c, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
+                    springls__visit_cube(g, l, &range, springls__tile_cube(tile, x, y, z), x, y, z, visit);
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
 {
-    (void)t;
-    springls__join_trees(c->parent, nodes[0], nodes[1]);
-    springls__join_trees(c->parent, nodes[0], nodes[2]);
-}
-
-/* Adds the triangle's area, and the volume under it, to the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__volume_components *c, springls__tri t, const int32_t nodes[3])
-{
-    springls__v3 area2 = springls__tri_area2(t);
-    springls__volume_component *item;
-    int32_t label = nodes[0] < c->voxels ? c->label[nodes[0]] : -1;
-    if (label < 0) return;
-    item = &c->item[label];
-    item->area += 0.5 * (double)springls__length(area2);
-    item->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
-                    * (1.0 / 6.0);
-}
-
-SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *c)
-{
-    int i;
-    for (i = 0; i < c->count; i++) c->item[i].volume = c->item[i].area = 0.0;
-    springls__visit_triangles(g, c, springls__measure_triangle);
+    int m;
+    for (m = 1; m < 3; m++) {
+        springls__join_trees(l->parent, triangle->inner[0], triangle->inner[m]);
+        springls__join_trees(l->parent, triangle->outer[0], triangle->outer[m]);
+    }
 }
 
 /* ---- labels ---- */
+
+/* Numbers the components in the order of their first voxel. A component has a surface, so some voxel of it is in an active brick;
+   roots are the lowest of their trees, so they come first. */
+SPRINGLS__FN void springls__number_components(const springls__grid *g, springls__labels *l)
+{
+    int32_t i, exterior = springls__find_root(l->parent, l->voxels + (int32_t)springls__brick_count(g));
+    l->count = 0;
+    for (i = 0; i < l->voxels; i++) {
+        int32_t root = springls__find_root(l->parent, i);
+        int origin[3], v = i % SPRINGLS__BRICK_VOXELS;
+        if (root != i) {
+            l->label[i] = root < l->voxels ? l->label[root] : -1;
+            continue;
+        }
+        springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
+        l->label[i] = root != exterior && springls__grid_contains(g, origin[0] + (v & 7), origin[1] + (v >> 3 & 7),
+                                                                  origin[2] + (v >> 6)) ? l->count++ : -1;
+    }
+}
+
+/* Points at the labels that the context keeps, and at the list of components. */
+SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
+{
+    springls__labels l;
+    memset(&l, 0, sizeof l);
+    l.rank = (const int32_t *)ctx->label_rank.data;
+    l.parent = (int32_t *)ctx->label_parent.data;
+    l.label = (int32_t *)ctx->label_memory.data;
+    l.voxels = ctx->labelled_bricks * SPRINGLS__BRICK_VOXELS;
+    l.count = ctx->label_count;
+    return l;
+}
+
+/* Labels all voxels; the labels stay in the context until bricks come or go, or phi changes. Works on the host. */
+SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const int bricks = (int)springls__brick_count(g);
+    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1;
+    int32_t i;
+    int d;
+    ctx->labels_fresh = false;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_parent, (size_t)nodes, sizeof(int32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_memory, (size_t)g->active_count * SPRINGLS__BRICK_VOXELS + 1, sizeof(int32_t), 0));
+    ctx->labelled_bricks = g->active_count;
+    *l = springls__kept_labels(ctx);
+    for (i = 0; i < g->active_count; i++) ((int32_t *)ctx->label_rank.data)[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) l->parent[i] = i;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
+    for (i = 0; i < g->active_count; i++) {
+        springls__join_within_brick(g, l, i);
+        for (d = 0; d < 6; d++) springls__join_face(g, l, i, d);
+    }
+    springls__visit_triangles(g, l, springls__join_triangle);
+    springls__number_components(g, l);
+    ctx->label_count = l->count;
+    ctx->labels_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- measures ---- */
+
+/* Adds a triangle's area, and the volume under it, to a component; the volume of a cavity is on the triangle's other side. */
+SPRINGLS__FN void springls__add_triangle(const springls__labels *l, springls__component_now *item, springls__tri t)
+{
+    springls__v3 area2 = springls__tri_area2(t);
+    const double n[3] = { (double)area2.x, (double)area2.y, (double)area2.z }, *m = l->area_to_world;
+    const double sum[3] = { (double)t.a.x + (double)t.b.x + (double)t.c.x, (double)t.a.y + (double)t.b.y + (double)t.c.y,
+                            (double)t.a.z + (double)t.b.z + (double)t.c.z };
+    double volume = ((double)t.a.x * n[0] + (double)t.a.y * n[1] + (double)t.a.z * n[2]) * (item->cavity ? -1.0 / 6.0 : 1.0 / 6.0);
+    double world2 = 0.0;
+    int c;
+    for (c = 0; c < 3; c++) {
+        double w = m[3 * c] * n[0] + m[3 * c + 1] * n[1] + m[3 * c + 2] * n[2];
+        world2 += w * w;
+        item->moment[c] += 0.25 * volume * sum[c]; /* of the tetrahedron with the origin */
+    }
+    item->area += 0.5 * (double)springls__length(area2);
+    item->world_area += 0.5 * sqrt(world2);
+    item->volume += volume;
+}
+
+SPRINGLS__FN void springls__measure_triangle(springls__labels *l, const springls__labelled_triangle *triangle)
+{
+    int32_t body = springls__label_of_node(l, triangle->inner[0]), cavity = springls__label_of_node(l, triangle->outer[0]);
+    if (body >= 0) springls__add_triangle(l, &l->item[body], triangle->t);
+    if (cavity >= 0) springls__add_triangle(l, &l->item[cavity], triangle->t);
+}
+
+
+/* Finds the matrix of directed areas: the cofactors of voxel -> world. */
+SPRINGLS__FN void springls__area_to_world(const springls_context *ctx, double out[9])
+{
+    const double *m = ctx->to_world;
+    int i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++) {
+            int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            out[3 * i + j] = m[4 * a + c] * m[4 * b + d] - m[4 * a + d] * m[4 * b + c];
+        }
+}
+
+/* Notes the side of a component, and its voxel furthest from the surface. */
+SPRINGLS__FN void springls__note_voxel(springls__component_now *item, int32_t node, float phi)
+{
+    item->cavity = !(phi < 0.0f);
+    if (springls__fabs(phi) <= item->depth && item->depth > 0.0f) return;
+    item->depth = springls__fabs(phi);
+    item->deepest = node;
+}
+
+/* Finds and measures the components of phi. */
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int32_t i;
+    SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components_now, l->count + 1));
+    l->item = springls__components_now(&ctx->model);
+    memset(l->item, 0, (size_t)l->count * sizeof *l->item);
+    for (i = 0; i < l->voxels; i++)
+        if (l->label[i] >= 0)
+            springls__note_voxel(&l->item[l->label[i]], i,
+                                 g->phi[(size_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS
+                                        + (size_t)(i % SPRINGLS__BRICK_VOXELS)]);
+    springls__area_to_world(ctx, l->area_to_world);
+    springls__visit_triangles(g, l, springls__measure_triangle);
+    return SPRINGLS_OK;
+}
+
+/* ---- places ---- */
+
+/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
+{
+    out[0] = x + (d == 1) - (d == 0);
+    out[1] = y + (d == 3) - (d == 2);
+    out[2] = z + (d == 5) - (d == 4);
+}
 
 /* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
 SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
@@ -11224,17 +11774,14 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
     return best;
 }
 
-/* Returns the component of an outside voxel: the one that steepest descent of phi leads to; -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *c, int x, int y, int z)
+/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
     for (step = 0; step < longest; step++) {
         float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) {
-            int32_t node = springls__component_node(g, c, x, y, z);
-            return node < c->voxels ? c->label[node] : -1;
-        }
+        if (phi < 0.0f) return springls__label_of_node(l, springls__label_node(g, l, x, y, z));
         d = springls__steepest_descent(g, x, y, z, phi);
         if (d < 0) return -1;
         springls__voxel_beside(x, y, z, d, to);
@@ -11245,235 +11792,670 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
     return -1;
 }
 
-/* Numbers the components in the order of their first voxel, and labels their inside voxels. A component has a surface, so some
-   voxel of it is in an active brick; roots are the lowest of their trees, so they come first. */
-SPRINGLS__FN void springls__label_insides(const springls__grid *g, springls__volume_components *c)
+/* Finds the body and the cavity that the surface near x bounds, -1 for none: those of the deepest and of the highest of the eight
+   voxels about x. */
+SPRINGLS__FN void springls__components_at(const springls__grid *g, const springls__labels *l, springls__v3 x, int32_t *body,
+                                          int32_t *cavity)
 {
-    int i, v, o[3];
-    c->count = 0;
-    for (i = 0; i < c->voxels; i++) c->label[i] = -1;
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t node = i * SPRINGLS__BRICK_VOXELS + v, root;
-            if (!springls__is_inside(g, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6))) continue;
-            root = springls__find_root(c->parent, node);
-            c->label[node] = root == node ? c->count++ : c->label[root];
-        }
-    }
-}
-
-SPRINGLS__FN void springls__label_outsides(const springls__grid *g, springls__volume_components *c)
-{
-    int i, v, o[3];
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (springls__grid_contains(g, x, y, z) && !springls__is_inside(g, x, y, z))
-                c->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, c, x, y, z);
-        }
-    }
-}
-
-/* Finds the forest of what is connected inside phi. */
-SPRINGLS__FN springls_status springls__connect_inside(springls_context *ctx, springls__volume_components *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    int64_t nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + (int64_t)springls__brick_count(g);
-    int32_t i;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
-    c->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_rank, g->slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_parent, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_label, c->voxels));
-    c->rank = springls__component_rank(&ctx->model);
-    c->parent = springls__component_parent(&ctx->model);
-    c->label = springls__component_label(&ctx->model);
-    for (i = 0; i < g->active_count; i++) c->rank[g->active[i]] = i;
-    for (i = 0; i < (int32_t)nodes; i++) c->parent[i] = i;
-    for (i = 0; i < g->active_count; i++) springls__join_voxels(g, c, i);
-    springls__join_bricks(g, c);
-    springls__visit_triangles(g, c, springls__join_triangle);
-    return SPRINGLS_OK;
-}
-
-/* Finds the components and measures them. */
-SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    SPRINGLS__TRY(springls__connect_inside(ctx, c));
-    springls__label_insides(g, c);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, components, c->count));
-    c->item = springls__components(&ctx->model);
-    memset(c->item, 0, (size_t)c->count * sizeof *c->item);
-    springls__label_outsides(g, c);
-    springls__measure_components(g, c);
-    return SPRINGLS_OK;
-}
-
-/* Returns the component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *c, springls__v3 p)
-{
-    int i, j, k, corner;
-    int32_t label = -1;
-    float least = FLT_MAX;
-    i = (int)springls__floor(springls__clamp(p.x, -1.0f, (float)g->size[0]));
-    j = (int)springls__floor(springls__clamp(p.y, -1.0f, (float)g->size[1]));
-    k = (int)springls__floor(springls__clamp(p.z, -1.0f, (float)g->size[2]));
+    int first[3], lowest[3] = { -1, -1, -1 }, corner;
+    int32_t high = -1;
+    float least = FLT_MAX, most = -FLT_MAX;
+    first[0] = (int)springls__floor(springls__clamp(x.x, -1.0f, (float)g->size[0]));
+    first[1] = (int)springls__floor(springls__clamp(x.y, -1.0f, (float)g->size[1]));
+    first[2] = (int)springls__floor(springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    *body = *cavity = -1;
     for (corner = 0; corner < 8; corner++) {
-        int x = i + (corner & 1), y = j + (corner >> 1 & 1), z = k + (corner >> 2), slot;
-        int32_t here;
+        int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
         float phi;
-        if (!springls__grid_contains(g, x, y, z)) continue;
-        slot = springls__slot_at(g, x, y, z);
-        if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = c->label[springls__component_node(g, c, x, y, z)];
-        phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (here < 0 || phi >= least) continue;
-        least = phi;
-        label = here;
+        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
+        if (phi < least) memcpy(lowest, at, sizeof lowest);
+        least = springls__min(least, phi);
+        if (phi < 0.0f || phi <= most) continue;
+        most = phi;
+        high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
-    return label;
+    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
+    if (high >= 0) *cavity = springls__label_of_node(l, high);
 }
+
+/* ======== >>components  (src/stages/components.h) ============================================================== */
+/* components.h - gives the components of phi ids that last. Springls are the kinship: each has the id of the component that it
+   was in, and votes for a link between that one and the one that it is in now. Links make events (events.h) and pass on the
+   volumes that components are to keep (volume_lock.h). */
+
+/* A component of the model, as it was found last. */
+typedef struct springls__component {
+    springls_component seen;
+    double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
+    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
+} springls__component;
+
+/* The components that a springl bounds now, -1: none. */
+typedef struct springls__place_now { int32_t body, cavity; } springls__place_now;
+
+/* A component before, by its place in the list, and one of those it has become. */
+typedef struct springls__link { int32_t before, now; } springls__link;
+
+/* The components before and now, and what links them. */
+typedef struct springls__kinship {
+    const springls__component *before;
+    int before_count;
+    springls__labels labels;
+    springls__place_now *place;   /* one a springl                          */
+    springls__link *link;         /* by `before`, then by `now`             */
+    int link_count;
+} springls__kinship;
+
+SPRINGLS__FN springls__component *springls__component_list(const springls_context *ctx)
+{
+    return (springls__component *)ctx->component_memory.data;
+}
+
+/* Returns the place of an id in a list by ascending ids; -1: it is not there. */
+SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
+{
+    int low = 0, high = count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (list[middle].seen.id < id) low = middle + 1;
+        else high = middle;
+    }
+    return low < count && list[low].seen.id == id ? low : -1;
+}
+
+/* Returns true when components have ids that last. */
+SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
+{
+    return ctx->model.params.components || ctx->model.params.volume_lock;
+}
+
+/* Forgets the components: ids go on where they were. */
+SPRINGLS__FN void springls__forget_components(springls_context *ctx)
+{
+    ctx->component_count = 0;
+    ctx->components_known = ctx->components_fresh = false;
+}
+
+/* Forgets the volumes that components are to keep: the next step measures them. */
+SPRINGLS__FN void springls__forget_targets(springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->component_count; i++) springls__component_list(ctx)[i].target = 0.0;
+    ctx->volumes_locked = false;
+}
+
+/* ---- links ---- */
+
+SPRINGLS__FN uint64_t springls__vote(int32_t before, int32_t now) { return (uint64_t)before << 32 | (uint64_t)now; }
+
+/* Finds what every springl bounds now, and its votes. Returns how many. Counts those of every component, those before first. */
+SPRINGLS__FN size_t springls__collect_votes(const springls_context *ctx, springls__kinship *k, uint64_t *votes, int64_t *count)
+{
+    const springls__constellation *set = &ctx->model.set;
+    size_t n = 0;
+    int i, c;
+    for (i = 0; i < set->count; i++) {
+        int32_t before[2], now[2];
+        springls__components_at(&ctx->model.grid, &k->labels, set->s[i].p, &k->place[i].body, &k->place[i].cavity);
+        before[0] = springls__find_component(k->before, k->before_count, set->component[i]);
+        before[1] = springls__find_component(k->before, k->before_count, set->cavity[i]);
+        now[0] = k->place[i].body;
+        now[1] = k->place[i].cavity;
+        for (c = 0; c < 2; c++) {
+            if (before[c] >= 0) count[before[c]]++;
+            if (now[c] >= 0) count[k->before_count + now[c]]++;
+            if (before[c] >= 0 && now[c] >= 0) votes[n++] = springls__vote(before[c], now[c]);
+        }
+    }
+    return n;
+}
+
+/* Returns whether `votes` of all that a component has make a link: a tenth of them, and three, or more than half. Where two come
+   close, single springls vote for the wrong one. */
+SPRINGLS__FN bool springls__is_link(int64_t votes, int64_t all) { return 10 * votes >= all && (votes >= 3 || 2 * votes > all); }
+
+/* Links components that enough votes of either one link. */
+SPRINGLS__FN void springls__link_by_votes(springls__kinship *k, const uint64_t *votes, size_t vote_count, const int64_t *count)
+{
+    size_t i = 0, first;
+    k->link_count = 0;
+    while (i < vote_count) {
+        springls__link link;
+        int64_t votes_here;
+        link.before = (int32_t)(votes[i] >> 32);
+        link.now = (int32_t)(votes[i] & 0xffffffffu);
+        for (first = i; i < vote_count && votes[i] == votes[first]; i++) continue;
+        votes_here = (int64_t)(i - first);
+        if (k->before[link.before].seen.cavity != k->labels.item[link.now].cavity) continue;
+        if (springls__is_link(votes_here, count[link.before]) || springls__is_link(votes_here, count[k->before_count + link.now]))
+            k->link[k->link_count++] = link;
+    }
+}
+
+/* Finds the components as they are now, and links them to those before. */
+SPRINGLS__FN springls_status springls__find_kinship(springls_context *ctx, springls__kinship *k)
+{
+    size_t springls = (size_t)ctx->model.set.count, nodes, votes, i;
+    uint64_t *vote;
+    int64_t *count;
+    SPRINGLS__TRY(springls__find_components(ctx, &k->labels));
+    k->before = springls__component_list(ctx);
+    k->before_count = ctx->component_count;
+    nodes = (size_t)k->before_count + (size_t)k->labels.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, places_now, springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_votes, 2 * springls));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vote_counts, nodes));
+    k->place = springls__places_now(&ctx->model);
+    vote = springls__component_votes(&ctx->model);
+    count = springls__vote_counts(&ctx->model);
+    for (i = 0; i < nodes; i++) count[i] = 0;
+    votes = springls__collect_votes(ctx, k, vote, count);
+    springls__sort_keys(vote, votes);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_links, votes));
+    k->link = springls__component_links(&ctx->model);
+    springls__link_by_votes(k, vote, votes, count);
+    return SPRINGLS_OK;
+}
+
+/* ---- ids ---- */
+
+/* Returns the component before with the largest volume that has not passed on its id yet, of equal ones that with the lower id;
+   -1: none. */
+SPRINGLS__FN int32_t springls__next_heir(const springls__kinship *k, const uint8_t *done)
+{
+    int32_t i, best = -1;
+    for (i = 0; i < k->before_count; i++)
+        if (!done[i] && (best < 0 || k->before[i].seen.volume > k->before[best].seen.volume)) best = i;
+    return best;
+}
+
+/* Gives ids: from the largest on, each component passes its own to its largest part that has none yet. Other parts get new ones. */
+SPRINGLS__FN springls_status springls__pass_on_ids(springls_context *ctx, springls__kinship *k)
+{
+    springls__component_now *item = k->labels.item;
+    uint8_t *done;
+    int32_t before;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, component_done, k->before_count + 1));
+    done = springls__component_done(&ctx->model);
+    memset(done, 0, (size_t)k->before_count);
+    while ((before = springls__next_heir(k, done)) >= 0) {
+        int32_t largest = -1;
+        for (i = 0; i < k->link_count; i++) {
+            int32_t now = k->link[i].now;
+            if (k->link[i].before != before || item[now].id) continue;
+            if (largest < 0 || item[now].volume > item[largest].volume) largest = now;
+        }
+        done[before] = 1;
+        if (largest >= 0) item[largest].id = k->before[before].seen.id;
+    }
+    for (i = 0; i < k->labels.count; i++)
+        if (!item[i].id) item[i].id = ++ctx->last_component_id;
+    return SPRINGLS_OK;
+}
+
+/* Writes what the interface shows of a component. */
+SPRINGLS__FN void springls__show_component(const springls_context *ctx, const springls__component_now *item,
+                                           springls_component *out)
+{
+    double scale = fabs(springls__determinant(ctx->to_world)), weight = item->volume != 0.0 ? 1.0 / item->volume : 0.0;
+    memset(out, 0, sizeof *out);
+    out->id = item->id;
+    out->cavity = item->cavity;
+    out->volume = item->volume * scale;
+    out->area = item->world_area;
+    out->correction = item->moved;
+    springls__voxel_to_world(ctx, springls__v3_make((float)(item->moment[0] * weight), (float)(item->moment[1] * weight),
+                                                    (float)(item->moment[2] * weight)), out->center);
+}
+
+/* Gives every springl the ids of what it bounds; one that bounds no body keeps that it had. */
+SPRINGLS__FN void springls__label_springls(springls_context *ctx, const springls__kinship *k)
+{
+    springls__constellation *set = &ctx->model.set;
+    int i;
+    for (i = 0; i < set->count; i++) {
+        springls__place_now now = k->place[i];
+        if (now.body >= 0) set->component[i] = k->labels.item[now.body].id;
+        set->cavity[i] = now.cavity >= 0 ? k->labels.item[now.cavity].id : 0u;
+    }
+}
+
+/* Makes room for the list of the components now, besides that of those before, which stays. */
+SPRINGLS__FN springls_status springls__component_list_reserve(springls_context *ctx, int count)
+{
+    return springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)count + 1, sizeof(springls__component), 0);
+}
+
+/* Replaces the list by the components now, by ascending ids. */
+SPRINGLS__FN void springls__store_components(springls_context *ctx, const springls__kinship *k)
+{
+    springls__component *list = (springls__component *)ctx->next_component_memory.data;
+    springls__buffer memory = ctx->component_memory;
+    int i, j;
+    for (i = 0; i < k->labels.count; i++) {
+        for (j = i; j > 0 && list[j - 1].seen.id > k->labels.item[i].id; j--) memcpy(&list[j], &list[j - 1], sizeof *list);
+        memset(&list[j], 0, sizeof *list);
+        springls__show_component(ctx, &k->labels.item[i], &list[j].seen);
+        springls__voxel_of_node(&ctx->model.grid, k->labels.item[i].deepest, list[j].deepest);
+    }
+    ctx->component_memory = ctx->next_component_memory;
+    ctx->next_component_memory = memory;
+    ctx->component_count = k->labels.count;
+    ctx->components_known = ctx->components_fresh = true;
+}
+
+/* ---- which label is whose ---- */
+
+/* Copies to the host what components are found from. */
+SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY) | SPRINGLS__BIT(TOP)
+                         | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK);
+    ctx->on_device = false;
+    springls__forget_work(ctx);
+    return springls__to_host(ctx, reads, writes);
+}
+
+/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
+SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
+{
+    const springls__grid *g = &ctx->model.grid;
+    uint32_t *id;
+    int i;
+    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
+    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
+    id = (uint32_t *)ctx->label_id_memory.data;
+    memset(id, 0, (size_t)l->count * sizeof *id);
+    for (i = 0; i < ctx->component_count; i++) {
+        const springls__component *c = &springls__component_list(ctx)[i];
+        int32_t label = springls__label_of_node(l, springls__label_node(g, l, c->deepest[0], c->deepest[1], c->deepest[2]));
+        if (label >= 0) id[label] = c->seen.id;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>events  (src/stages/events.h) ====================================================================== */
+/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
+
+/* ---- where components have met or parted: between springls of two of them that are close to each other ---- */
+
+/* A springl of one of the components in question. */
+typedef struct springls__seam_springl { springls__v3 p; int32_t component; } springls__seam_springl;
+
+typedef struct springls__seam {
+    springls__seam_springl *item;
+    uint64_t *key;          /* cell of an item, and its number; ascending           */
+    int count;
+    float cell;             /* voxels                                               */
+    float nearest;          /* distance of two items of different components        */
+    double sum[3], pairs;   /* of the middles of those that are not much further    */
+} springls__seam;
+
+enum { SPRINGLS__SEAM_BITS = 31, SPRINGLS__SEAM_CELLS = 2056 }; /* bits of the number in a key; cells an axis */
+
+/* Returns the cell that is (dx, dy, dz) from that of p, which is moved into the domain. */
+SPRINGLS__FN uint64_t springls__seam_cell(const springls__seam *seam, springls__v3 p, int dx, int dy, int dz)
+{
+    uint64_t x = (uint64_t)((int)(springls__clamp(p.x, 0.0f, 4096.0f) / seam->cell) + 1 + dx);
+    uint64_t y = (uint64_t)((int)(springls__clamp(p.y, 0.0f, 4096.0f) / seam->cell) + 1 + dy);
+    uint64_t z = (uint64_t)((int)(springls__clamp(p.z, 0.0f, 4096.0f) / seam->cell) + 1 + dz);
+    return (z * SPRINGLS__SEAM_CELLS + y) * SPRINGLS__SEAM_CELLS + x;
+}
+
+/* Returns the first place of `key` with a cell not before `cell`. */
+SPRINGLS__FN int springls__seam_find(const springls__seam *seam, uint64_t cell)
+{
+    int low = 0, high = seam->count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (seam->key[middle] >> SPRINGLS__SEAM_BITS < cell) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+/* Takes a pair into account: in the first pass for the least distance, in the second for the mean of the middles. */
+SPRINGLS__FN void springls__seam_pair(springls__seam *seam, springls__v3 a, springls__v3 b, bool second)
+{
+    const float range = 1.0f; /* voxels */
+    float distance = springls__length(springls__sub(a, b));
+    if (!second) {
+        seam->nearest = springls__min(seam->nearest, distance);
+    } else if (distance <= seam->nearest + range) {
+        seam->sum[0] += 0.5 * ((double)a.x + (double)b.x);
+        seam->sum[1] += 0.5 * ((double)a.y + (double)b.y);
+        seam->sum[2] += 0.5 * ((double)a.z + (double)b.z);
+        seam->pairs += 1.0;
+    }
+}
+
+/* Pairs item i with those after it in the 27 cells around it. */
+SPRINGLS__FN void springls__seam_pairs_of(springls__seam *seam, int i, bool second)
+{
+    const uint64_t number = ((uint64_t)1 << SPRINGLS__SEAM_BITS) - 1;
+    const springls__seam_springl *a = &seam->item[i];
+    int row, k;
+    for (row = 0; row < 9; row++) {
+        uint64_t first = springls__seam_cell(seam, a->p, -1, row % 3 - 1, row / 3 - 1);
+        for (k = springls__seam_find(seam, first); k < seam->count; k++) {
+            const springls__seam_springl *b = &seam->item[seam->key[k] & number];
+            if (seam->key[k] >> SPRINGLS__SEAM_BITS > first + 2) break;
+            if (b > a && b->component != a->component) springls__seam_pair(seam, a->p, b->p, second);
+        }
+    }
+}
+
+/* Finds the middle between the components of the items, voxels; false where they are not within 16 voxels. */
+SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle)
+{
+    const float furthest = 16.0f;
+    int i;
+    for (seam->cell = 2.0f; seam->cell <= furthest; seam->cell *= 2.0f) {
+        for (i = 0; i < seam->count; i++)
+            seam->key[i] = springls__seam_cell(seam, seam->item[i].p, 0, 0, 0) << SPRINGLS__SEAM_BITS | (uint64_t)i;
+        springls__sort_keys(seam->key, (size_t)seam->count);
+        seam->nearest = FLT_MAX;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, false);
+        if (!(seam->nearest + 1.0f <= seam->cell)) continue;
+        seam->sum[0] = seam->sum[1] = seam->sum[2] = seam->pairs = 0.0;
+        for (i = 0; i < seam->count; i++) springls__seam_pairs_of(seam, i, true);
+        *middle = springls__v3_make((float)(seam->sum[0] / seam->pairs), (float)(seam->sum[1] / seam->pairs),
+                                    (float)(seam->sum[2] / seam->pairs));
+        return true;
+    }
+    return false;
+}
+
+/* ---- the list ---- */
+
+/* Forgets the events so far. */
+SPRINGLS__FN void springls__forget_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+
+/* Appends an event without parts. */
+SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
+{
+    springls_event *event = (springls_event *)ctx->event_memory.data + ctx->event_count++;
+    memset(event, 0, sizeof *event);
+    event->kind = kind;
+    event->cavity = cavity;
+    event->step = ctx->stats.steps;
+    event->time = ctx->time;
+    return event;
+}
+
+/* Appends a part to the last event. */
+SPRINGLS__FN void springls__add_event_part(springls_context *ctx, const springls_component *part)
+{
+    memcpy((springls_component *)ctx->event_part_memory.data + ctx->event_part_count++, part, sizeof *part);
+}
+
+SPRINGLS__FN void springls__add_part_now(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    springls_component part;
+    springls__show_component(ctx, &k->labels.item[now], &part);
+    springls__add_event_part(ctx, &part);
+}
+
+/* Returns how many links a component before has, or one of now. */
+SPRINGLS__FN int springls__links_of(const springls__kinship *k, int32_t before, int32_t now)
+{
+    int i, n = 0;
+    for (i = 0; i < k->link_count; i++) n += k->link[i].before == before || k->link[i].now == now;
+    return n;
+}
+
+/* Sets the place of an event to the middle of the centers of its parts, which are the last ones. */
+SPRINGLS__FN void springls__place_at_centers(springls_context *ctx, springls_event *event)
+{
+    int parts = event->before_count + event->after_count, i, c;
+    const springls_component *part = (const springls_component *)ctx->event_part_memory.data + ctx->event_part_count - parts;
+    for (i = 0; i < parts; i++)
+        for (c = 0; c < 3; c++) event->place[c] += part[i].center[c] / (float)parts;
+}
+
+/* Sets the place of a split of `before`, or, with before < 0, of a merger into `now`. */
+SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, const springls__kinship *k, int32_t before,
+                                                     int32_t now, springls_event *event)
+{
+    const springls__constellation *set = &ctx->model.set;
+    springls__seam seam;
+    springls__v3 middle;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_springls, set->count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seam_keys, set->count));
+    seam.item = springls__seam_springls(&ctx->model);
+    seam.key = springls__seam_keys(&ctx->model);
+    seam.count = 0;
+    for (i = 0; i < set->count; i++) {
+        uint32_t id = event->cavity ? set->cavity[i] : set->component[i];
+        int32_t was = springls__find_component(k->before, k->before_count, id);
+        int32_t is = event->cavity ? k->place[i].cavity : k->place[i].body;
+        if (was < 0 || is < 0 || (before >= 0 ? was != before : is != now)) continue;
+        seam.item[seam.count].p = set->s[i].p;
+        seam.item[seam.count++].component = before >= 0 ? is : was;
+    }
+    if (springls__find_seam(&seam, &middle)) springls__voxel_to_world(ctx, middle, event->place);
+    else springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the deaths and splits of a component before. */
+SPRINGLS__FN springls_status springls__list_fate(springls_context *ctx, const springls__kinship *k, int32_t before)
+{
+    const springls_component *seen = &k->before[before].seen;
+    int parts = springls__links_of(k, before, -1), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_SPLIT : SPRINGLS_EVENT_KIND_DEATH, seen->cavity);
+    event->before_count = 1;
+    event->after_count = parts;
+    springls__add_event_part(ctx, seen);
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].before == before) springls__add_part_now(ctx, k, k->link[i].now);
+    if (parts) return springls__place_at_seam(ctx, k, before, -1, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists the births and mergers of a component of now. */
+SPRINGLS__FN springls_status springls__list_origin(springls_context *ctx, const springls__kinship *k, int32_t now)
+{
+    int parts = springls__links_of(k, -1, now), i;
+    springls_event *event;
+    if (parts == 1) return SPRINGLS_OK;
+    event = springls__add_event(ctx, parts ? SPRINGLS_EVENT_KIND_MERGE : SPRINGLS_EVENT_KIND_BIRTH, k->labels.item[now].cavity);
+    event->before_count = parts;
+    event->after_count = 1;
+    for (i = 0; i < k->link_count; i++)
+        if (k->link[i].now == now) springls__add_event_part(ctx, &k->before[k->link[i].before].seen);
+    springls__add_part_now(ctx, k, now);
+    if (parts) return springls__place_at_seam(ctx, k, -1, now, event);
+    springls__place_at_centers(ctx, event);
+    return SPRINGLS_OK;
+}
+
+/* Lists what has happened: to the components before, by their ids, then what has come of them. The springls have their old ids
+   still. On failure the list stays as it was. */
+SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const springls__kinship *k)
+{
+    const int events = ctx->event_count, parts = ctx->event_part_count;
+    const size_t most = (size_t)k->before_count + (size_t)k->labels.count;
+    springls_status status = SPRINGLS_OK;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)events + most + 1, sizeof(springls_event),
+                                        (size_t)events * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)parts + 2 * (most + (size_t)k->link_count) + 1,
+                                        sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
+    for (i = 0; i < k->before_count && status == SPRINGLS_OK; i++) status = springls__list_fate(ctx, k, i);
+    for (i = 0; i < k->labels.count && status == SPRINGLS_OK; i++) status = springls__list_origin(ctx, k, i);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->event_count = events;
+    ctx->event_part_count = parts;
+    return status;
+}
+
+/* ---- following ---- */
+
+/* Finds the components as they are now, and their ids. */
+SPRINGLS__FN springls_status springls__begin_following(springls_context *ctx, springls__kinship *k)
+{
+    SPRINGLS__TRY(springls__find_kinship(ctx, k));
+    SPRINGLS__TRY(springls__pass_on_ids(ctx, k));
+    return springls__component_list_reserve(ctx, k->labels.count);
+}
+
+/* Lists what has happened to the components, unless they are the first ones, and makes those of now the known ones. */
+SPRINGLS__FN springls_status springls__end_following(springls_context *ctx, const springls__kinship *k)
+{
+    if (ctx->components_known) SPRINGLS__TRY(springls__list_events(ctx, k));
+    springls__store_components(ctx, k);
+    springls__label_springls(ctx, k);
+    return SPRINGLS_OK;
+}
+
+/* Follows the components without keeping their volumes. */
+SPRINGLS__FN springls_status springls__follow_components(springls_context *ctx)
+{
+    springls__kinship k;
+    SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
+    SPRINGLS__TRY(springls__begin_following(ctx, &k));
+    return springls__end_following(ctx, &k);
+}
+
+/* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
+/* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the normals.
+   Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the kinship of components:
+   after a split targets are shared out, and after a merger they are summed. It is off by default and in double precision, which
+   not every device has: it always runs on the host. */
+
+/* What the lock keeps of a component as it is now. */
+typedef struct springls__locked_component {
+    float offset, moved;    /* of this iteration, of all; voxels    */
+    int32_t node;           /* root of its tree among the links     */
+    bool speck;
+} springls__locked_component;
+
+/* A component before or now as a node of the links; the numbers are those of all its tree when it is a root. */
+typedef struct springls__lock_node {
+    double target, volume, area;
+    double rate;            /* volume that an offset of a voxel gains                            */
+    double volume_before, offset; /* volume before the last offset; that offset, 0 before the first */
+} springls__lock_node;
+
+typedef struct springls__lock {
+    springls__kinship kinship;
+    springls__locked_component *item; /* one a component of now               */
+    springls__lock_node *node;        /* components before, then those of now */
+    int32_t *parent;                  /* their forest                         */
+    int32_t *body;                    /* of every voxel of active bricks      */
+} springls__lock;
 
 /* ---- target volumes: components before and now that springls link have one target together ---- */
 
-/* A component as a node of the links; target, volume and area are those of all its tree when it is a root. */
-typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link;
-
-typedef struct springls__component_links {
-    springls__component_link *node; /* components before, then those of now      */
-    int32_t *parent;                /* their forest                              */
-    uint64_t *votes;                /* before << 32 | now, one a springl         */
-    size_t vote_count;
-    int before;                     /* how many components there were before     */
-} springls__component_links;
-
-SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *c,
-                                                             springls__component_links *links)
+SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
-    const double *locked = (const double *)ctx->locked_memory.data;
-    size_t nodes;
-    int i;
-    links->before = ctx->locked_count;
-    nodes = (size_t)links->before + (size_t)c->count;
-    links->vote_count = 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_votes, ctx->model.set.count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, links, nodes));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, link_parent, nodes));
-    links->votes = springls__link_votes(&ctx->model);
-    links->node = springls__links(&ctx->model);
-    links->parent = springls__link_parent(&ctx->model);
-    for (i = 0; i < (int)nodes; i++) {
-        links->parent[i] = i;
-        links->node[i].votes = 0;
-        links->node[i].target = i < links->before ? locked[i] : 0.0;
-        links->node[i].volume = i < links->before ? 0.0 : c->item[i - links->before].volume;
+    const springls__kinship *k = &lock->kinship;
+    size_t now = (size_t)k->labels.count, nodes = (size_t)k->before_count + now, i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, now + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, k->labels.voxels + 1));
+    lock->item = springls__locked_components(&ctx->model);
+    lock->node = springls__lock_nodes(&ctx->model);
+    lock->parent = springls__lock_parent(&ctx->model);
+    lock->body = springls__body_labels(&ctx->model);
+    memset(lock->item, 0, now * sizeof *lock->item);
+    memset(lock->node, 0, nodes * sizeof *lock->node);
+    for (i = 0; i < nodes; i++) {
+        lock->parent[i] = (int32_t)i;
+        if (i < (size_t)k->before_count) lock->node[i].target = k->before[i].target;
+        else if (!k->labels.item[i - (size_t)k->before_count].cavity)
+            lock->node[i].volume = k->labels.item[i - (size_t)k->before_count].volume;
     }
     return SPRINGLS_OK;
-}
-
-/* Finds the component of every springl; each votes for a link between the one it was in and the one it is in now. */
-SPRINGLS__FN void springls__collect_votes(springls_context *ctx, const springls__volume_components *c,
-                                          springls__component_links *links)
-{
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t before = ctx->model.set.component[i];
-        int32_t now = springls__component_of_springl(&ctx->model.grid, c, ctx->model.set.s[i].p);
-        ctx->model.set.component[i] = now;
-        if (before < 0 || now < 0) continue;
-        links->node[before].votes++;
-        links->node[links->before + now].votes++;
-        links->votes[links->vote_count++] = (uint64_t)before << 32 | (uint64_t)now;
-    }
-    springls__sort_keys(links->votes, links->vote_count);
-}
-
-/* Links components with a tenth of the votes of either one: where two come close, single springls may vote for the wrong one. */
-SPRINGLS__FN void springls__link_by_votes(springls__component_links *links)
-{
-    size_t i = 0, first;
-    while (i < links->vote_count) {
-        int32_t before = (int32_t)(links->votes[i] >> 32), now = links->before + (int32_t)(links->votes[i] & 0xffffffffu);
-        int64_t votes;
-        for (first = i; i < links->vote_count && links->votes[i] == links->votes[first]; i++) continue;
-        votes = 10 * (int64_t)(i - first);
-        if (votes >= links->node[before].votes || votes >= links->node[now].votes)
-            springls__join_trees(links->parent, before, now);
-    }
 }
 
 /* Returns true for a component of a few voxels, which has too little surface for an offset; it is linked to the largest one. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__link_specks(const springls__volume_components *c, springls__component_links *links)
+/* Links what springls link, and specks with the largest body. */
+SPRINGLS__FN void springls__join_linked(springls__lock *lock)
 {
-    int i, largest = 0;
-    for (i = 1; i < c->count; i++)
-        if (c->item[i].volume > c->item[largest].volume) largest = i;
-    for (i = 0; i < links->before + c->count && c->count > 0; i++)
-        if (springls__is_speck(i < links->before ? links->node[i].target : links->node[i].volume))
-            springls__join_trees(links->parent, i, links->before + largest);
+    const springls__kinship *k = &lock->kinship;
+    const springls__component_now *now = k->labels.item;
+    int i, largest = -1;
+    for (i = 0; i < k->link_count; i++)
+        springls__join_trees(lock->parent, k->link[i].before, k->before_count + k->link[i].now);
+    for (i = 0; i < k->labels.count; i++)
+        if (!now[i].cavity && (largest < 0 || now[i].volume > now[largest].volume)) largest = i;
+    for (i = 0; i < k->before_count && largest >= 0; i++)
+        if (!k->before[i].seen.cavity && springls__is_speck(lock->node[i].target))
+            springls__join_trees(lock->parent, i, k->before_count + largest);
+    for (i = 0; i < k->labels.count; i++) {
+        lock->item[i].speck = !now[i].cavity && springls__is_speck(now[i].volume);
+        if (lock->item[i].speck) springls__join_trees(lock->parent, k->before_count + i, k->before_count + largest);
+    }
 }
 
 /* Sums targets and volumes of linked components; a new component that is linked to none before has its volume as its target. */
-SPRINGLS__FN void springls__sum_targets(springls__volume_components *c, springls__component_links *links)
+SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
-    int i, nodes = links->before + c->count;
+    const springls__kinship *k = &lock->kinship;
+    int i, nodes = k->before_count + k->labels.count;
     for (i = 0; i < nodes; i++) {
-        int32_t root = springls__find_root(links->parent, i);
+        int32_t root = springls__find_root(lock->parent, i);
         if (root == i) continue;
-        links->node[root].target += links->node[i].target;
-        links->node[root].volume += links->node[i].volume;
+        lock->node[root].target += lock->node[i].target;
+        lock->node[root].volume += lock->node[i].volume;
     }
-    for (i = 0; i < c->count; i++) {
-        springls__component_link *all;
-        c->item[i].node = springls__find_root(links->parent, links->before + i);
-        all = &links->node[c->item[i].node];
+    for (i = 0; i < k->labels.count; i++) {
+        springls__lock_node *all;
+        lock->item[i].node = springls__find_root(lock->parent, k->before_count + i);
+        all = &lock->node[lock->item[i].node];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
-/* Stores the target of every component for the next step; linked ones share theirs by their volumes. */
-SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *c,
-                                                       const springls__component_links *links)
+/* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
+SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
-    double *locked;
-    int i;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)c->count + 1, sizeof *locked, 0));
-    locked = (double *)ctx->locked_memory.data;
-    for (i = 0; i < c->count; i++) {
-        const springls__component_link *all = &links->node[c->item[i].node];
-        locked[i] = all->volume > 0.0 ? all->target * (c->item[i].volume / all->volume) : 0.0;
+    const springls__labels *l = &lock->kinship.labels;
+    int i, v, o[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            lock->body[i * SPRINGLS__BRICK_VOXELS + v]
+                = springls__grid_contains(g, x, y, z) ? springls__body_of_voxel(g, l, x, y, z) : -1;
+        }
     }
-    ctx->locked_count = c->count;
-    return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
 
 typedef struct springls__offset_job {
     springls_context *ctx;
-    const springls__volume_components *components;
+    const springls__lock *lock;
 } springls__offset_job;
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
-    const springls__volume_components *c = job->components;
+    const springls__lock *lock = job->lock;
     const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int32_t label = c->label[begin * SPRINGLS__BRICK_VOXELS + v];
+            int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - c->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
         }
     }
 }
@@ -11486,88 +12468,160 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     int m;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
+        int32_t body = job->lock->kinship.place[begin].body;
         springls__v3 by;
-        if (ctx->model.set.component[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->components->item[ctx->model.set.component[begin]].offset);
+        if (body < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-/* Sums volumes and areas of linked components; specks have no area that could move. */
-SPRINGLS__FN void springls__sum_linked(const springls__volume_components *c, springls__component_links *links)
+/* Adds a triangle to the body that it bounds. */
+SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__labelled_triangle *triangle)
 {
+    int32_t node = triangle->inner[0], label = node < l->voxels ? l->body[node] : -1;
+    if (label >= 0) springls__add_triangle(l, &l->item[label], triangle->t);
+}
+
+/* Measures the bodies, with the labels from before they moved. */
+SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
+{
+    springls__labels *l = &lock->kinship.labels;
+    int i, c;
+    for (i = 0; i < l->count; i++) {
+        l->item[i].volume = l->item[i].area = l->item[i].world_area = 0.0;
+        for (c = 0; c < 3; c++) l->item[i].moment[c] = 0.0;
+    }
+    springls__visit_triangles(g, l, springls__measure_body);
+}
+
+/* Sums volumes and areas of linked bodies; specks have no area that could move. */
+SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
     int i;
-    for (i = 0; i < c->count; i++) links->node[c->item[i].node].volume = links->node[c->item[i].node].area = 0.0;
-    for (i = 0; i < c->count; i++) {
-        springls__component_link *all = &links->node[c->item[i].node];
-        all->volume += c->item[i].volume;
-        if (!c->item[i].speck) all->area += c->item[i].area;
+    for (i = 0; i < l->count; i++) lock->node[lock->item[i].node].volume = lock->node[lock->item[i].node].area = 0.0;
+    for (i = 0; i < l->count; i++) {
+        springls__lock_node *all = &lock->node[lock->item[i].node];
+        if (l->item[i].cavity) continue;
+        all->volume += l->item[i].volume;
+        if (!lock->item[i].speck) all->area += l->item[i].area;
     }
 }
 
-/* Chooses offsets by Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *c, springls__component_links *links)
+/* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
+SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
+    const springls__kinship *k = &lock->kinship;
+    int i;
+    for (i = 0; i < k->before_count + k->labels.count; i++) {
+        springls__lock_node *all = &lock->node[i];
+        double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
+        all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
+        all->volume_before = all->volume;
+        all->offset = 0.0;
+    }
+}
+
+/* Chooses offsets by Newton's method. False when no component has to move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
     const double close = 1e-7, longest = 0.25; /* of the target; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_linked(c, links);
-    for (i = 0; i < c->count; i++) {
-        springls__volume_component *item = &c->item[i];
-        const springls__component_link *all = &links->node[item->node];
+    springls__sum_linked(lock);
+    springls__find_rates(lock);
+    for (i = 0; i < l->count; i++) {
+        springls__locked_component *item = &lock->item[i];
+        springls__lock_node *all = &lock->node[item->node];
         double missing = all->target - all->volume, by;
         item->offset = 0.0f;
-        if (item->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
-        by = missing / all->area;
+        if (l->item[i].cavity || item->speck || fabs(missing) <= close * all->target || !(all->rate > 0.0)) continue;
+        by = missing / all->rate;
         item->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        all->offset = (double)item->offset;
         item->moved += item->offset;
         any = true;
     }
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *c,
-                                            springls__component_links *links)
+/* Moves bodies until their volumes are right. Returns whether any has moved. */
+SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
     const int iterations = 6;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
-    job.components = c;
-    for (i = 0; i < iterations && springls__choose_offsets(c, links); i++) {
+    job.lock = lock;
+    ctx->stats.volume_correction = 0.0f;
+    if (!springls__choose_offsets(lock)) return false;
+    springls__label_bodies(&ctx->model.grid, lock);
+    lock->kinship.labels.body = lock->body;
+    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_components(&ctx->model.grid, c);
+        springls__measure_bodies(&ctx->model.grid, lock);
     }
-    springls__sum_linked(c, links);
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
-    ctx->stats.volume_correction = 0.0f;
-    for (i = 0; i < c->count; i++)
-        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(c->item[i].moved));
+    for (i = 0; i < lock->kinship.labels.count; i++)
+        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
+    return true;
 }
 
-/* Corrects the volumes after a step. The first time, when there are no targets yet, it only stores them. */
+/* Links components, and finds what volumes they are to have. */
+SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, springls__lock *lock)
+{
+    SPRINGLS__TRY(springls__lock_begin(ctx, lock));
+    springls__join_linked(lock);
+    springls__sum_targets(lock);
+    return SPRINGLS_OK;
+}
+
+/* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
+SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
+{
+    springls__labels *l = &lock->kinship.labels;
+    int i;
+    SPRINGLS__TRY(springls__begin_following(ctx, &lock->kinship));
+    for (i = 0; i < l->count; i++) {
+        int32_t body = lock->body[l->item[i].deepest];
+        if (body >= 0) l->item[i].moved = lock->item[body].moved;
+    }
+    return springls__find_targets(ctx, lock);
+}
+
+/* Stores the target of every body for the next step; linked ones share theirs by their volumes. */
+SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springls__lock *lock)
+{
+    const springls__labels *l = &lock->kinship.labels;
+    int i;
+    for (i = 0; i < l->count; i++) {
+        const springls__lock_node *all = &lock->node[lock->item[i].node];
+        int32_t at = springls__find_component(springls__component_list(ctx), ctx->component_count, l->item[i].id);
+        springls__component *kept = springls__component_list(ctx) + at;
+        if (!l->item[i].cavity && all->volume > 0.0) kept->target = all->target * (l->item[i].volume / all->volume);
+    }
+    ctx->volumes_locked = true;
+}
+
+/* Follows the components, and corrects their volumes after a step. The first time, when there are no targets yet, it only stores
+   them. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__volume_components components;
-    springls__component_links links;
-    int i;
-    bool first = ctx->locked_count == 0;
+    springls__lock lock;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_components(ctx, &components));
-    for (i = 0; i < components.count; i++) components.item[i].speck = springls__is_speck(components.item[i].volume);
-    SPRINGLS__TRY(springls__component_links_begin(ctx, &components, &links));
-    for (i = 0; i < ctx->model.set.count && first; i++) ctx->model.set.component[i] = -1; /* numbers of an earlier lock */
-    springls__collect_votes(ctx, &components, &links);
-    springls__link_by_votes(&links);
-    springls__link_specks(&components, &links);
-    springls__sum_targets(&components, &links);
-    if (!first) springls__correct_volumes(ctx, &components, &links);
-    return springls__lock_components(ctx, &components, &links);
+    SPRINGLS__TRY(springls__begin_following(ctx, &lock.kinship));
+    SPRINGLS__TRY(springls__find_targets(ctx, &lock));
+    if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
+    SPRINGLS__TRY(springls__end_following(ctx, &lock.kinship));
+    springls__lock_components(ctx, &lock);
+    return SPRINGLS_OK;
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
@@ -11580,13 +12634,25 @@ SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iterat
     return iteration % ctx->model.params.resample_period == 0;
 }
 
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+
 /* Returns true when volumes are to be locked that have not been measured yet. */
 SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+    return springls__locks_volume(ctx) && !ctx->volumes_locked;
 }
 
-SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
+/* Returns true when components have ids, but no volumes to keep. */
+SPRINGLS__FN bool springls__only_follows(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__locks_volume(ctx);
+}
+
+/* Returns true when the model has changed since its components were found, or they have not been found yet. */
+SPRINGLS__FN bool springls__components_are_old(const springls_context *ctx)
+{
+    return springls__follows_components(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
+}
 
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
@@ -11649,18 +12715,30 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     return SPRINGLS_OK;
 }
 
+/* Returns the motion by curvature of a sub-step, voxel^2: where springls carry phi it is their distance, so eq. 22's curvature
+   term moves them, as one iteration of eq. 23 would move phi, by at most half of max_displacement (0: no limit). */
+SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
+{
+    float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
+    float limit = 0.25f * max_displacement; /* curvature is clamped at 2 */
+    return max_displacement > 0.0f ? springls__clamp(smoothing, -limit, limit) : smoothing;
+}
+
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
     float dt;
     SPRINGLS__TRY(springls__choose_substep(ctx, &dt));
     if (!ctx->model.params.volume_lock) {
-        ctx->locked_count = 0;
+        springls__forget_targets(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
+    if (!springls__follows_components(ctx)) springls__forget_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
+    if (step->desc.mode != SPRINGLS_MODE_ADVECT_ONLY)
+        ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->desc.max_displacement);
     return SPRINGLS_OK;
 }
 
@@ -11759,7 +12837,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 #define SPRINGLS__BEGIN_SUBSTEP                                                              \
     SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
+    SPRINGLS__STAGE_IF(springls__components_are_old, COMPONENTS, springls__follow_components)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO(springls__substep_advanced)
@@ -11776,6 +12855,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__STAGE_IF(springls__only_follows, COMPONENTS, springls__follow_components),     \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -11896,19 +12976,20 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+    if (!step || !(step->dt >= 0.0f && step->dt < FLT_MAX)
         || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
+                              "step: the description is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
+    springls__forget_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
-    ctx->step.forces = *step->forces;
+    if (step->forces) ctx->step.forces = *step->forces;
     ctx->step.algorithm = springls__algorithm_of(step->mode);
     ctx->step.next = springls__plan;
     ctx->step.stage = -1;
@@ -12095,6 +13176,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.half_time_sampling = 0;
     p.volume_lock = 0;
     p.split_input = 0;
+    p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -12173,6 +13255,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
     SPRINGLS__IN(split_input, 0, 1);
+    SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
@@ -12192,7 +13275,14 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
-    springls__buffer_free(ctx, &ctx->locked_memory);
+    springls__buffer_free(ctx, &ctx->component_memory);
+    springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->label_rank);
+    springls__buffer_free(ctx, &ctx->label_parent);
+    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->event_memory);
+    springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
@@ -12337,13 +13427,14 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
+/* Computes a*a + c, which is 0 when a*a is rounded and 2^-24 when it is not, and (c + b) - b, which is 0 unless sums are
+   reordered. Volatile operands keep the compiler from computing either by itself. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
-    volatile float x = 1.0f + 1.0f / 4096.0f;
-    float a = x, product = a * a;
-    volatile float rounded = product;
-    return a * a - rounded != 0.0f;
+    volatile float operands[3] = { 1.0f + 1.0f / 4096.0f, -(1.0f + 1.0f / 2048.0f), 1073741824.0f };
+    float a = operands[0], c = operands[1], b = operands[2];
+    float product = a * a, sum = c + b;
+    return product + c != 0.0f || sum - b != 0.0f;
 }
 
 /* ======== >>shapes  (src/input/shapes.h) ======================================================================= */
@@ -12511,179 +13602,6 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
         }
         distance = springls__notched_sphere_distance(x, n->radius, half, roof);
         out[i] = inside ? -distance : distance;
-    }
-}
-
-/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads the indexed meshes that callers pass. */
-
-/* Returns position i of an array whose positions are `stride` bytes apart. */
-SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
-{
-    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
-}
-
-/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
-SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
-
-/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
-/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
-
-/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
-SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
-{
-    springls__dipole d;
-    springls__tri t;
-    if (!node->count) return surface->dipoles[node->first + i];
-    memset(&d, 0, sizeof d);
-    t = springls__surface_triangle(surface, surface->order[node->first + i]);
-    d.center = springls__tri_centroid(t);
-    d.area = springls__scale(springls__tri_area2(t), 0.5f);
-    d.weight = springls__length(d.area);
-    return d;
-}
-
-/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
-SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
-{
-    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
-                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
-                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
-}
-
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
-SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
-{
-    int n, i;
-    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
-    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
-    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
-        const springls__bvh_node *node = &surface->nodes[n];
-        springls__dipole *d = &surface->dipoles[n];
-        memset(d, 0, sizeof *d);
-        for (i = 0; i < (node->count ? node->count : 2); i++) {
-            springls__dipole child = springls__dipole_child(surface, node, i);
-            d->area = springls__add(d->area, child.area);
-            d->center = springls__mad(d->center, child.center, child.weight);
-            d->weight += child.weight;
-        }
-        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
-        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
-        d->radius2 = springls__dipole_radius2(node, d->center);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
-   one. A node further away than `accuracy` times its radius counts as one directed area. */
-SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
-{
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    double sum = 0.0;
-    if (!surface->count) return 0.0f;
-    stack[top++] = 0;
-    while (top) {
-        int n = stack[--top];
-        const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        springls__v3 to = springls__sub(d->center, x);
-        float d2 = springls__length2(to);
-        if (d2 > accuracy * accuracy * d->radius2) {
-            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
-        } else if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-        } else {
-            for (i = 0; i < node->count; i++) {
-                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
-                sum += (double)springls__solid_angle(t, x);
-            }
-        }
-    }
-    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
-}
-
-/* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
-/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
-
-typedef struct springls__mesh_distance {
-    const springls__surface *surface;
-    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
-    float band;    /* where phi is clamped, voxels */
-} springls__mesh_distance;
-
-SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
-{
-    const springls__bvh_node *n = &surface->nodes[0];
-    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
-           || x.z > n->upper[2];
-}
-
-/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
-   does not count, so that away from holes phi is the plain distance. */
-SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
-{
-    float w;
-    if (m->balanced) {
-        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
-        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
-    }
-    w = springls__surface_winding(m->surface, x, 2.5f);
-    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
-}
-
-enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
-
-/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
-   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
-                                        float distance, float *side)
-{
-    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
-    float known = 0.0f;
-    int b;
-    for (b = 0; b < 3; b++) {
-        int j = i - back[b];
-        float apart, past;
-        if (j < 0) continue;
-        past = sides[j % SPRINGLS__MESH_RING];
-        if (past != 1.0f && past != -1.0f) continue;
-        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
-        if (distance + springls__fabs(out[j]) <= apart) continue;
-        *side = past;
-        known = springls__max(known, springls__fabs(out[j]) - apart);
-    }
-    return known;
-}
-
-/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
-   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
-   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
-   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
-SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
-{
-    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
-    int i, guess = -1;
-    if (voxels) search = m->band + 3.0f;
-    else if (m->balanced) search = m->band + 8.0f;
-    for (i = 0; i < count; i++) {
-        springls__surface_hit h;
-        bool computed = false;
-        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
-        if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->surface, points[i], search, guess);
-            if (h.triangle >= 0) guess = h.triangle;
-            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
-            computed = side == 0.0f;
-            if (computed) side = springls__mesh_side(m, points[i]);
-        } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
-        out[i] = side * distance;
     }
 }
 
@@ -13169,82 +14087,177 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     return springls__set_voxels(ctx, springls__threshold_value, &source);
 }
 
-SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
+
+/* Returns position i of an array whose positions are `stride` bytes apart. */
+SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
 {
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
-    SPRINGLS__TRY(springls__make_original(ctx));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
+}
+
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
+SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+
+/* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
+/* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
+
+/* Returns triangle i of a leaf, or child i of another node, as a directed area. */
+SPRINGLS__FN springls__dipole springls__dipole_child(const springls__surface *surface, const springls__bvh_node *node, int i)
+{
+    springls__dipole d;
+    springls__tri t;
+    if (!node->count) return surface->dipoles[node->first + i];
+    memset(&d, 0, sizeof d);
+    t = springls__surface_triangle(surface, surface->order[node->first + i]);
+    d.center = springls__tri_centroid(t);
+    d.area = springls__scale(springls__tri_area2(t), 0.5f);
+    d.weight = springls__length(d.area);
+    return d;
+}
+
+/* Returns the squared distance from a center to the furthest corner of a node's bounds. */
+SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, springls__v3 center)
+{
+    return springls__length2(springls__v3_make(springls__max(center.x - node->lower[0], node->upper[0] - center.x),
+                                               springls__max(center.y - node->lower[1], node->upper[1] - center.y),
+                                               springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
+}
+
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
+{
+    int n, i;
+    if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
+    for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
+        const springls__bvh_node *node = &surface->nodes[n];
+        springls__dipole *d = &surface->dipoles[n];
+        memset(d, 0, sizeof *d);
+        for (i = 0; i < (node->count ? node->count : 2); i++) {
+            springls__dipole child = springls__dipole_child(surface, node, i);
+            d->area = springls__add(d->area, child.area);
+            d->center = springls__mad(d->center, child.center, child.weight);
+            d->weight += child.weight;
+        }
+        if (d->weight > 0.0f) d->center = springls__scale(d->center, 1.0f / d->weight);
+        else d->center = springls__v3_make(node->lower[0], node->lower[1], node->lower[2]);
+        d->radius2 = springls__dipole_radius2(node, d->center);
+    }
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+/* Returns how often the surface winds around x: 1 inside and 0 outside a closed surface, between them near the holes of an open
+   one. A node further away than `accuracy` times its radius counts as one directed area. */
+SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, springls__v3 x, float accuracy)
 {
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
-    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
-    return SPRINGLS_OK;
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    double sum = 0.0;
+    if (!surface->count) return 0.0f;
+    stack[top++] = 0;
+    while (top) {
+        int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        springls__v3 to = springls__sub(d->center, x);
+        float d2 = springls__length2(to);
+        if (d2 > accuracy * accuracy * d->radius2) {
+            if (d2 > 0.0f) sum += (double)(springls__dot(d->area, to) / (d2 * springls__sqrt(d2)));
+        } else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++) {
+                springls__tri t = springls__surface_triangle(surface, surface->order[node->first + i]);
+                sum += (double)springls__solid_angle(t, x);
+            }
+        }
+    }
+    return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; NULL: they are. */
-SPRINGLS__FN bool springls__valid_point(const float *x)
+/* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
+/* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
+
+typedef struct springls__mesh_distance {
+    const springls__surface *surface;
+    bool balanced; /* as many triangles run along every edge in one direction as in the other: the winding number is whole */
+    float band;    /* where phi is clamped, voxels */
+} springls__mesh_distance;
+
+SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
 {
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+    const springls__bvh_node *n = &surface->nodes[0];
+    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
+           || x.z > n->upper[2];
 }
 
-SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                      const float *correspondences, int count)
+/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
+   does not count, so that away from holes phi is the plain distance. */
+SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
-    int i;
-    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                              "set_springls: vertices is NULL, or the count %d is out of range", count);
-    for (i = 0; i < count; i++)
-        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
-            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
-            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
-    return SPRINGLS_OK;
+    float w;
+    if (m->balanced) {
+        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
+        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
+    }
+    w = springls__surface_winding(m->surface, x, 2.5f);
+    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
 }
 
-/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
-SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                     int count)
+enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+
+/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
+   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
+                                        float distance, float *side)
 {
-    int i, m;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
+    float known = 0.0f;
+    int b;
+    for (b = 0; b < 3; b++) {
+        int j = i - back[b];
+        float apart, past;
+        if (j < 0) continue;
+        past = sides[j % SPRINGLS__MESH_RING];
+        if (past != 1.0f && past != -1.0f) continue;
+        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
+        if (distance + springls__fabs(out[j]) <= apart) continue;
+        *side = past;
+        known = springls__max(known, springls__fabs(out[j]) - apart);
+    }
+    return known;
+}
+
+/* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
+   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
+   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
+   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
+SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
+    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
+    bool reuse = voxels || m->balanced;
+    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
+    int i, guess = -1;
+    if (voxels) search = m->band + 3.0f;
+    else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
-        springls__springl s;
-        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
-        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
+        springls__surface_hit h;
+        bool computed = false;
+        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
+        if (!voxels || known < m->band + 0.1f) {
+            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            if (h.triangle >= 0) guess = h.triangle;
+            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
+            computed = side == 0.0f;
+            if (computed) side = springls__mesh_side(m, points[i]);
+        } else distance = known;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
+        out[i] = side * distance;
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
-    for (i = 0; i < 4; i++) {
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
-    }
-    return springls__make_original(ctx);
-}
-
-SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
-                                                   const float *correspondences, int count)
-{
-    springls_status status;
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
-    springls__clear_model(ctx);
-    status = springls__take_springls(ctx, vertices, particles, count);
-    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
-    return springls__clear_on_failure(ctx, status);
 }
 
 /* ======== >>split_input  (src/input/split_input.h) ============================================================= */
@@ -13887,6 +14900,208 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     status = springls__mesh_take(ctx, &intake, positions, position_count, stride, triangles, triangle_count, report);
     springls__mesh_intake_free(ctx, &intake);
     return status;
+}
+
+/* ======== >>set_reference  (src/input/set_reference.h) ========================================================= */
+/* set_reference.h - another original surface for the model that is there: the model itself, or a mesh. */
+
+SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    SPRINGLS__TRY(springls__make_original(ctx));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
+    return SPRINGLS_OK;
+}
+
+/* Counts the bytes that a surface holds. */
+SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
+{
+    return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes + surface->dipoles_memory.bytes
+           + surface->source_memory.bytes;
+}
+
+/* Takes the original surface and phi_ref of another model on the same grid, which must have the same allocator and gets this
+   model's surface in exchange. */
+SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
+{
+    const springls__grid *from = &other->model.reference;
+    springls__grid *to = &ctx->model.reference;
+    springls__surface original = ctx->original;
+    size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
+    memcpy(to->top, from->top, springls__brick_count(from) * sizeof *from->top);
+    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
+    to->slot_count = from->slot_count;
+    to->far_value = from->far_value;
+    ctx->original = other->original;
+    other->original = original;
+    ctx->memory_used = ctx->memory_used - own + taken;
+    other->memory_used = other->memory_used - taken + own;
+    ctx->reference_stamp = 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report)
+{
+    springls_context *other;
+    springls_desc desc;
+    springls_status status;
+    if (report) memset(report, 0, sizeof *report);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference_mesh: there are no springls");
+    desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, &other) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
+    if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
+    else status = springls__use_host(ctx, true);
+    if (status == SPRINGLS_OK) status = springls__take_reference(ctx, other);
+    springls_destroy(other);
+    return status;
+}
+
+/* ======== >>set_springls  (src/input/set_springls.h) =========================================================== */
+/* set_springls.h - models from springls themselves, and which of them relax. */
+
+SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                      const float *correspondences, int count)
+{
+    int i;
+    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "set_springls: vertices is NULL, or the count %d is out of range", count);
+    for (i = 0; i < count; i++)
+        if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
+            || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
+            || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    return SPRINGLS_OK;
+}
+
+/* Fills an empty model with the springls, and a level set that follows from them. particles NULL: the centroids. */
+SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                     int count)
+{
+    int i, m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    for (i = 0; i < count; i++) {
+        springls__springl s;
+        for (m = 0; m < 3; m++) s.q[m] = springls__load3(vertices + 9 * i + 3 * m);
+        s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    for (i = 0; i < 4; i++) {
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    }
+    return springls__make_original(ctx);
+}
+
+SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                   const float *correspondences, int count)
+{
+    springls_status status;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_springls(ctx, vertices, particles, correspondences, count));
+    springls__clear_model(ctx);
+    status = springls__take_springls(ctx, vertices, particles, count);
+    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
+        ctx->model.set.a[i] = springls__load3(correspondences + 3 * i);
+    return springls__clear_on_failure(ctx, status);
+}
+
+/* ======== >>write  (src/input/write.h) ========================================================================= */
+/* write.h - springls that the caller moves: phi follows in the next step, as after advect. */
+
+/* Sends one of the caller's arrays to the device. NULL: nothing. */
+SPRINGLS__FN springls_status springls__written_to_device(springls_context *ctx, springls__array array, const float *data,
+                                                         size_t points)
+{
+    return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
+}
+
+/* Writes springls on the device: what goes there is the range alone. */
+SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, const springls__arguments *args, int count,
+                                                       const float *vertices, const float *particles)
+{
+    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
+    SPRINGLS__TRY(springls__written_to_device(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
+    return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
+}
+
+/* Writes a range of springls. A part that is NULL follows the other. */
+SPRINGLS__FN springls_status springls__write(springls_context *ctx, int first, int count, const float *vertices,
+                                             const float *particles)
+{
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.write.first = first;
+    args.write.vertices = vertices != NULL;
+    args.write.particles = particles != NULL;
+    if (ctx->on_device) {
+        springls_status status = springls__write_on_device(ctx, &args, count, vertices, particles);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    ctx->model.force.written_vertices = (springls__v3 *)(void *)vertices;
+    ctx->model.force.written_particles = (springls__v3 *)(void *)particles;
+    springls__run(ctx, SPRINGLS__KERNEL_write, count, &args);
+    springls__bind(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Fails when a point of the caller's is not finite. first: springl of the first one; each: points a springl. */
+SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, const float *points, int first, int count, int each)
+{
+    size_t i, n = points ? (size_t)count * (size_t)each : 0;
+    for (i = 0; i < n; i++)
+        if (!springls__valid_point(points + 3 * i))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+                                  first + (int)(i / (size_t)each));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->step.active) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: a step is in progress");
+    if (first < 0 || count < 0 || first > ctx->model.set.count - count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: %d springls from %d on, of %d", count, first,
+                              ctx->model.set.count);
+    if (count == 0) return SPRINGLS_OK;
+    if (!vertices && !particles)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
+    SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
+    SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__write(ctx, first, count, vertices, particles);
+    ctx->calls--;
+    if (status == SPRINGLS_OK) springls__constellation_changed(ctx); /* neighbours may be others now */
+    return springls__report_device_failure(ctx, status);
 }
 
 /* ======== >>attributes  (src/output/attributes.h) ============================================================== */
@@ -14541,6 +15756,88 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
     return springls__report_device_failure(ctx, status);
+}
+
+/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
+/* component_views.h - shows components, their events, and the component of any place. */
+
+/* Completes a step in progress, and finds the components of a model that has changed since. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__follows_components(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (ctx->components_known && ctx->components_fresh) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__follow_components(ctx));
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "components: components or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].seen, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) != SPRINGLS_OK) return NULL;
+    return ctx && ctx->model.set.count ? ctx->model.set.component : NULL;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || (count > 0 && (!points || !out)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "component_of: points or out is NULL, or count is negative");
+    for (i = 0; i < 3 * count; i++)
+        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "component_of: point %d is not finite", i / 3);
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body, cavity;
+        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "events: events or count is NULL");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
 }
 
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
@@ -15663,6 +16960,9 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    arrays (springls__section). What can be computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in
    their order, without their slots. springls_restore checks everything and allocates all memory before the model changes. */
 
+/* Bytes of an event without the pointers to its parts. */
+#define SPRINGLS__EVENT_BYTES offsetof(springls_event, before)
+
 typedef struct springls__snapshot_head {
     char magic[8];
     uint32_t version, byte_order;
@@ -15670,7 +16970,7 @@ typedef struct springls__snapshot_head {
 } springls__snapshot_head;
 
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
-enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+enum { SPRINGLS__SNAPSHOT_VERSION = 2, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 /* Describes an attribute; the policies are springls_policy. */
 typedef struct springls__attribute_entry {
@@ -15685,8 +16985,10 @@ typedef struct springls__snapshot_state {
     springls_stats stats;
     springls_params params;
     int32_t size[3];
-    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
-    uint32_t next_id, step;
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks;
+    int32_t components, events, event_parts;
+    uint8_t components_known, components_fresh, volumes_locked, pad;
+    uint32_t next_id, step, last_component_id;
     int32_t reference_bricks, original, given, has_source;
     int32_t attributes;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -15699,7 +17001,9 @@ typedef enum springls__section {
     SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_COMPONENTS,
+    SPRINGLS__SECTION_EVENTS,
+    SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
@@ -15728,7 +17032,9 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * sizeof(springls__component);
+    case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
+    case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * sizeof(springls_component);
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
@@ -15824,7 +17130,13 @@ SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_sna
     s->neighbors_age = ctx->neighbors_age;
     s->has_neighbors = ctx->neighbors_age >= 0;
     s->bricks = ctx->model.grid.active_count;
-    s->locked = ctx->locked_count;
+    s->components = ctx->component_count;
+    s->events = ctx->event_count;
+    s->event_parts = ctx->event_part_count;
+    s->components_known = ctx->components_known;
+    s->components_fresh = ctx->components_fresh;
+    s->volumes_locked = ctx->volumes_locked;
+    s->last_component_id = ctx->last_component_id;
     s->next_id = ctx->model.set.next_id;
     s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
@@ -15877,6 +17189,15 @@ SPRINGLS__FN void springls__put_reference(const springls_context *ctx, const spr
                   springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
 }
 
+/* Writes the events. */
+SPRINGLS__FN void springls__put_events(const springls_context *ctx, const springls__layout *layout, char *out)
+{
+    const springls_event *event = (const springls_event *)ctx->event_memory.data;
+    int i;
+    out += layout->at[SPRINGLS__SECTION_EVENTS];
+    for (i = 0; i < ctx->event_count; i++) memcpy(out + (size_t)i * SPRINGLS__EVENT_BYTES, &event[i], SPRINGLS__EVENT_BYTES);
+}
+
 /* Writes the head of a block that is complete but for it. */
 SPRINGLS__FN void springls__put_head(char *out, uint64_t size)
 {
@@ -15908,8 +17229,11 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.cells.neighbors,
                   springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
-    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data,
-                  springls__section_bytes(g, s, SPRINGLS__SECTION_LOCKED));
+    springls__put(out, layout, SPRINGLS__SECTION_COMPONENTS, ctx->component_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_COMPONENTS));
+    springls__put_events(ctx, layout, out);
+    springls__put(out, layout, SPRINGLS__SECTION_EVENT_PARTS, ctx->event_part_memory.data,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_EVENT_PARTS));
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
@@ -16016,7 +17340,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return false;
     if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return false;
-    if (s->locked < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES || s->has_source < 0 || s->has_source > 1) return false;
     return (uint32_t)s->count <= s->next_id && s->step <= 0x3fffffffu;
@@ -16038,27 +17362,44 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     return NULL;
 }
 
-/* Returns whether an array of the constellation has valid elements: floats, flags, and components below the locked ones. */
-SPRINGLS__FN bool springls__springl_array_good(const springls__snapshot_state *s, int array, const char *data, uint64_t bytes)
+/* Returns whether an array of the constellation has valid elements: floats and flags. */
+SPRINGLS__FN bool springls__springl_array_good(int array, const char *data, uint64_t bytes)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     if (floats >> array & 1u) return springls__all_finite(data, bytes);
     if (flags >> array & 1u) return springls__all_flags(data, bytes);
-    if (array == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) return springls__all_between(data, bytes, -1, s->locked - 1);
     return true;
 }
 
-/* Returns whether the locked volumes are finite. */
-SPRINGLS__FN bool springls__volumes_good(const char *data, uint64_t bytes)
+/* Returns whether the components have ascending ids, finite volumes, and voxels of the domain. */
+SPRINGLS__FN bool springls__components_good(const springls__grid *g, const springls__snapshot_state *s, const char *data)
 {
-    double volume;
-    uint64_t i;
-    for (i = 0; i < bytes; i += sizeof volume) {
-        memcpy(&volume, data + i, sizeof volume);
-        if (!(volume >= -DBL_MAX && volume <= DBL_MAX)) return false;
+    springls__component c;
+    uint32_t before = 0;
+    int i;
+    for (i = 0; i < s->components; i++) {
+        memcpy(&c, data + (size_t)i * sizeof c, sizeof c);
+        if (c.seen.id <= before || c.seen.id > s->last_component_id) return false;
+        if (!(c.target >= -DBL_MAX && c.target <= DBL_MAX && c.seen.volume >= -DBL_MAX && c.seen.volume <= DBL_MAX)) return false;
+        if (!springls__grid_contains(g, c.deepest[0], c.deepest[1], c.deepest[2])) return false;
+        before = c.seen.id;
     }
     return true;
+}
+
+/* Returns whether the events have as many parts as there are. */
+SPRINGLS__FN bool springls__events_good(const springls__snapshot_state *s, const char *data)
+{
+    springls_event event;
+    int64_t parts = 0;
+    int i;
+    for (i = 0; i < s->events; i++) {
+        memcpy(&event, data + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+        if (event.before_count < 0 || event.after_count < 0) return false;
+        parts += (int64_t)event.before_count + event.after_count;
+    }
+    return parts == s->event_parts;
 }
 
 /* Returns whether a section has valid elements. */
@@ -16067,7 +17408,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
 {
     const char *data = block + layout->at[section];
     const uint64_t bytes = springls__section_bytes(g, s, section);
-    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(s, section, data, bytes);
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return springls__springl_array_good(section, data, bytes);
     if (section >= SPRINGLS__SECTION_VALUES && section < SPRINGLS__SECTION_REFERENCE_SIDES)
         return true; /* sums of SPRINGLS_POLICY_SHARE may have overflowed, and nothing else depends on attributes */
     switch (section) {
@@ -16079,7 +17420,9 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_BRICKS:
         return !bytes
             || springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_LOCKED: return springls__volumes_good(data, bytes);
+    case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
+    case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
+    case SPRINGLS__SECTION_EVENT_PARTS: return true; /* nothing depends on them */
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
@@ -16139,8 +17482,12 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
-                                        (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
+                                        (size_t)ctx->component_count * sizeof(springls__component)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)s->events + 1, sizeof(springls_event),
+                                        (size_t)ctx->event_count * sizeof(springls_event)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_part_memory, (size_t)s->event_parts + 1, sizeof(springls_component),
+                                        (size_t)ctx->event_part_count * sizeof(springls_component)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
@@ -16220,7 +17567,11 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__get(ctx->memory[i].data, g, s, layout, block, i);
     springls__get(ctx->model.cells.neighbors, g, s, layout, block, SPRINGLS__SECTION_NEIGHBORS);
-    springls__get(ctx->locked_memory.data, g, s, layout, block, SPRINGLS__SECTION_LOCKED);
+    springls__get(ctx->component_memory.data, g, s, layout, block, SPRINGLS__SECTION_COMPONENTS);
+    for (i = 0; i < s->events; i++)
+        memcpy((springls_event *)ctx->event_memory.data + i,
+               block + layout->at[SPRINGLS__SECTION_EVENTS] + (size_t)i * SPRINGLS__EVENT_BYTES, SPRINGLS__EVENT_BYTES);
+    springls__get(ctx->event_part_memory.data, g, s, layout, block, SPRINGLS__SECTION_EVENT_PARTS);
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -16254,8 +17605,14 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->stats = s->stats;
-    ctx->locked_count = s->locked;
+    ctx->component_count = s->components;
+    ctx->event_count = s->events;
+    ctx->event_part_count = s->event_parts;
+    ctx->last_component_id = s->last_component_id;
+    ctx->components_known = s->components_known != 0;
+    ctx->volumes_locked = s->volumes_locked != 0;
     springls__constellation_changed(ctx);
+    ctx->components_fresh = s->components_fresh != 0;
     ctx->neighbors_age = s->neighbors_age;
 }
 
@@ -16386,7 +17743,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 705 \"springls.h\"\n",
+    "#line 750 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -16457,7 +17814,7 @@ static const char *const springls__kernel_lines[] = {
     "    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */\n",
     "    float evolve_step;       /* delta t of eq. 23                                                                  */\n",
     "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
-    "    float curvature;         /* lambda of eq. 22: positive smooths                                                 */\n",
+    "    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */\n",
     "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
     "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
     "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
@@ -16478,6 +17835,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "    /* after a step */\n",
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
+    "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
     "\n",
     "    /* initial springls: of a mesh; of a level set or shape */\n",
     "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
@@ -16485,7 +17843,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1496 \"springls.h\"\n",
+    "#line 1650 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -16496,6 +17854,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
+    "\n",
+    "/* write: the number of the first springl, and which of its parts the caller gives. */\n",
+    "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
     "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
@@ -16544,6 +17905,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__contract_arguments contract;\n",
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
+    "    springls__write_arguments write;\n",
     "    springls__edge_arguments edge;\n",
     "    springls__exposure_arguments exposure;\n",
     "    springls__omega_constant_arguments omega_constant;\n",
@@ -16559,7 +17921,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1571 \"springls.h\"\n",
+    "#line 1729 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -16633,14 +17995,16 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
-    "    /* volume_lock */                                                                                                            \\\n",
-    "    X(component_rank, int32_t, 1) X(component_parent, int32_t, 2) X(component_label, int32_t, 3)                                 \\\n",
-    "    X(components, struct springls__volume_component, 4) X(link_votes, uint64_t, 5)                                               \\\n",
-    "    X(links, struct springls__component_link, 6) X(link_parent, int32_t, 7)                                                      \\\n",
+    "    /* components, events, volume_lock */                                                                                        \\\n",
+    "    X(components_now, struct springls__component_now, 1) X(places_now, struct springls__place_now, 2)                            \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__link, 5)                      \\\n",
+    "    X(component_done, uint8_t, 6) X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                   \\\n",
+    "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
+    "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1653 \"springls.h\"\n",
+    "#line 1813 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -16716,7 +18080,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1730 \"springls.h\"\n",
+    "#line 1890 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -16735,7 +18099,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1750 \"springls.h\"\n",
+    "#line 1910 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16750,7 +18114,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1766 \"springls.h\"\n",
+    "#line 1926 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -16874,7 +18238,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1890 \"springls.h\"\n",
+    "#line 2050 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -16900,7 +18264,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1917 \"springls.h\"\n",
+    "#line 2077 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -17051,7 +18415,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2069 \"springls.h\"\n",
+    "#line 2229 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17066,7 +18430,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2084 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -17190,14 +18554,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2208 \"springls.h\"\n",
+    "#line 2368 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2376 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -17209,7 +18573,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2228 \"springls.h\"\n",
+    "#line 2388 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17224,7 +18588,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2244 \"springls.h\"\n",
+    "#line 2404 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17268,7 +18632,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2288 \"springls.h\"\n",
+    "#line 2448 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17283,7 +18647,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2303 \"springls.h\"\n",
+    "#line 2463 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -17327,7 +18691,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2347 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -17399,7 +18763,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2419 \"springls.h\"\n",
+    "#line 2579 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17414,7 +18778,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2435 \"springls.h\"\n",
+    "#line 2595 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17477,7 +18841,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2498 \"springls.h\"\n",
+    "#line 2658 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17492,7 +18856,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2513 \"springls.h\"\n",
+    "#line 2673 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -17555,7 +18919,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2577 \"springls.h\"\n",
+    "#line 2737 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -17569,7 +18933,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(ID, uint32_t, 1, set, id)                                                                                                  \\\n",
     "    X(GENERATION, uint32_t, 1, set, generation)     /* splits and fills since the original springl                            */ \\\n",
     "    X(MASK, uint8_t, 1, set, mask)                  /* 1: does not relax                                                      */ \\\n",
-    "    X(COMPONENT, int32_t, 1, set, component)        /* its component when volumes were last locked; -1: unknown               */ \\\n",
+    "    X(COMPONENT, uint32_t, 1, set, component)       /* id of its body when components were last found; 0: none                */ \\\n",
+    "    X(CAVITY, uint32_t, 1, set, cavity)             /* id of the cavity that it bounds; 0: none                               */ \\\n",
     "    X(EDGE, uint8_t, 1, set, edge)                  /* 1: lay at a sharp edge in the last step (keep_edges.h)                 */ \\\n",
     "    X(PARENT, uint32_t, 1, set, parent)             /* id of the springl it was split from or filled beside; its own: none    */ \\\n",
     "    X(BIRTH, uint32_t, 1, set, birth)               /* 4 * step + kind: when and how it was last placed                       */ \\\n",
@@ -17599,10 +18964,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
     "\n",
-    "/* Lists what moves springls on a device (advect.h). */\n",
+    "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
-    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)\n",
+    "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \\\n",
+    "    X(WRITTEN_VERTICES, springls__v3, 1, force, written_vertices) X(WRITTEN_PARTICLES, springls__v3, 1, force, written_particles)\n",
     "\n",
     "/* Lists the working memory of stages, which is undefined between them: scratch, and what collectives on a device use. */\n",
     "#define SPRINGLS__SCRATCH_ARRAYS(X)                                                                                              \\\n",
@@ -17786,13 +19152,20 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__STORE_MEMBER\n",
     "}\n",
     "\n",
-    "/* Makes springl i a new one, without a parent and a component; its id follows from its place, at or beyond `count`. */\n",
+    "/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */\n",
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
-    "    record->component = -1;\n",
+    "    record->component = record->cavity = 0u;\n",
     "    record->phi = 0.0f;\n",
     "    record->synced_position = record->s.p;\n",
+    "}\n",
+    "\n",
+    "/* Gives springl i the components of springl `from`, beside which it is new. */\n",
+    "SPRINGLS__MATHS void springls__inherit_components(const springls__model *model, int i, int from)\n",
+    "{\n",
+    "    model->set.component[i] = model->set.component[from];\n",
+    "    model->set.cavity[i] = model->set.cavity[from];\n",
     "}\n",
     "\n",
     "/* Stores a new springl in place i, at or beyond `count`. */\n",
@@ -17863,7 +19236,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 2886 \"springls.h\"\n",
+    "#line 3055 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -17978,6 +19351,39 @@ static const char *const springls__kernel_lines[] = {
     "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
     "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
+    "}\n",
+    "\n",
+    "/* Averages phi about x by quadratic B-splines over 3x3x3 voxels: its second differences do not depend on where x lies between\n",
+    "   voxels. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
+    "                          springls__clamp(x.z, -1.0f, (float)g->size[2]) };\n",
+    "    float w[9], sum = 0.0f;\n",
+    "    int first[3], axis, d;\n",
+    "    bool one_brick = true;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;\n",
+    "        first[axis] = (int)nearest - 1;\n",
+    "        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;\n",
+    "        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);\n",
+    "        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);\n",
+    "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
+    "    }\n",
+    "    if (one_brick) {\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS\n",
+    "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
+    "        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)\n",
+    "            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);\n",
+    "        return sum;\n",
+    "    }\n",
+    "    for (d = 0; d < 9; d++) {\n",
+    "        int y = first[1] + d % 3, z = first[2] + d / 3;\n",
+    "        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)\n",
+    "                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)\n",
+    "                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));\n",
+    "    }\n",
+    "    return sum;\n",
     "}\n",
     "\n",
     "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
@@ -18249,7 +19655,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3273 \"springls.h\"\n",
+    "#line 3475 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -18258,7 +19664,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3282 \"springls.h\"\n",
+    "#line 3484 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18273,7 +19679,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3298 \"springls.h\"\n",
+    "#line 3500 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18286,7 +19692,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3311 \"springls.h\"\n",
+    "#line 3513 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18301,7 +19707,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3326 \"springls.h\"\n",
+    "#line 3528 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -18314,7 +19720,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3339 \"springls.h\"\n",
+    "#line 3541 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -18375,17 +19781,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns the mean curvature of phi at x, 1/voxel: the Laplacian of a distance. */\n",
-    "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
+    "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
+    "   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six\n",
+    "   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of\n",
+    "   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    float c = springls__grid_sample(g, g->phi, x);\n",
-    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
-    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
-    "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
+    "    const float h = 1.5f, largest = 0.7f * h; /* voxels */\n",
+    "    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));\n",
+    "    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);\n",
+    "    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */\n",
+    "        springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);\n",
+    "        float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;\n",
+    "        d = springls__clamp(d, -largest, largest);\n",
+    "        sum += d / (h * h - d * d);\n",
+    "    }\n",
+    "    return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));\n",
     "}\n",
     "\n",
     "/* Names the flows that kernels compute without a callback (eq. 1). */\n",
@@ -18400,7 +19813,8 @@ static const char *const springls__kernel_lines[] = {
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
-    "    int euler, stop_at_topology, pad[1];\n",
+    "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
+    "    int euler, stop_at_topology;\n",
     "} springls__force_rule;\n",
     "\n",
     "SPRINGLS__USER_VELOCITY\n",
@@ -18433,7 +19847,7 @@ static const char *const springls__kernel_lines[] = {
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
     "    if (rule->curvature_weight != 0.0f)\n",
-    "        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -18496,6 +19910,18 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
+    "/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */\n",
+    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                                    springls__movers d)\n",
+    "{\n",
+    "    springls__v3 smoothing;\n",
+    "    int m;\n",
+    "    if (rule->smoothing == 0.0f) return d;\n",
+    "    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
+    "    return d;\n",
+    "}\n",
+    "\n",
     "/* Finds the displacements of springl i, the square of its particle's (FLT_MAX when a point's is not finite), and whether it\n",
     "   moves. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -18508,7 +19934,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = springls__displacement_of(model, &rule, at);\n",
+    "    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
@@ -18528,7 +19954,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4036 \"springls.h\"\n",
+    "#line 4264 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -18704,7 +20130,168 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4213 \"springls.h\"\n",
+    "#line 4441 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
+    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
+    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
+    "    float s = r * r;\n",
+    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    if (ay > ax) a = 1.57079633f - a;\n",
+    "    if (x < 0.0f) a = 3.14159265f - a;\n",
+    "    return y < 0.0f ? -a : a;\n",
+    "}\n",
+    "\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
+    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
+    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
+    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
+    "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 4468 \"springls.h\"\n",
+    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
+    "   two of them is wide, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
+    "\n",
+    "typedef struct springls__angular_gaps {\n",
+    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
+    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__angular_gaps;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__angular_gaps gaps;\n",
+    "    gaps.e1 = springls__any_tangent(n);\n",
+    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
+    "    gaps.count = 0;\n",
+    "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
+    "    gaps.angle[i] = angle;\n",
+    "    gaps.count++;\n",
+    "    return gaps;\n",
+    "}\n",
+    "\n",
+    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
+    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
+    "{\n",
+    "    const float turn = 6.28318531f;\n",
+    "    springls__widest_gap widest;\n",
+    "    float from, middle;\n",
+    "    int i;\n",
+    "    widest.angle = turn;\n",
+    "    widest.second = 0.0f;\n",
+    "    widest.middle = gaps.e1;\n",
+    "    if (gaps.count == 0) return widest;\n",
+    "    from = gaps.angle[gaps.count - 1];\n",
+    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < gaps.count; i++) {\n",
+    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
+    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
+    "        if (angle <= widest.angle) continue;\n",
+    "        widest.angle = angle;\n",
+    "        from = gaps.angle[i - 1];\n",
+    "    }\n",
+    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
+    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
+    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "    return widest;\n",
+    "}\n",
+    "\n",
+    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two wide gaps; its end and a drop leave nearly all open. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
+    "{\n",
+    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
+    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
+    "}\n",
+    "#line 4538 \"springls.h\"\n",
+    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
+    "\n",
+    "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
+    "#define SPRINGLS__FACING_AGAINST (-0.5f)\n",
+    "\n",
+    "/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the\n",
+    "   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */\n",
+    "SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */\n",
+    "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, nearest = -1;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
+    "        float d2, within = radius + s->bounding_radius;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
+    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
+    "            best = d2;\n",
+    "            nearest = i;\n",
+    "        }\n",
+    "    }\n",
+    "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
+    "   `high` above or below its tangent plane. */\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                             float r, float high)\n",
+    "{\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "    }\n",
+    "    return springls__angular_gaps_widest(gaps);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
+    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
+    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "{\n",
+    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
+    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "    }\n",
+    "    return springls__spans_sheet(gaps) != 0;\n",
+    "}\n",
+    "#line 4605 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -18745,6 +20332,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Returns true when a springl at d with normal m is no neighbour of one with normal n: it is of another sheet. */\n",
+    "SPRINGLS__MATHS bool springls__pulls_not(const springls__model *model, springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    if (model->params.relax_same_side && springls__dot(n, m) <= 0.0f) return true;\n",
+    "    return model->params.keep_thin && springls__across_gap(d, n, m);\n",
+    "}\n",
+    "\n",
     "/* Writes row[MAX_NEIGHBORS m + k] = 3 * springl + edge of the k-th nearest neighbour of vertex m of springl n; -1 after the\n",
     "   last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
@@ -18773,7 +20367,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
-    "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
+    "        if (springls__pulls_not(model, springls__sub(o->p, self->p), normal, springls__springl_normal(*o))) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
     "            if (edge[m] >= 0.0f)\n",
@@ -18787,7 +20381,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4297 \"springls.h\"\n",
+    "#line 4696 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -18884,6 +20478,28 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most of what faces it lies behind it. */\n",
+    "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float r = 1.6f, aside = 1.0f; /* voxels */\n",
+    "    const int enough = 2, enough_beside = 3;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(s);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
+    "    int other, across = 0, facing = 0, beside = 0;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);\n",
+    "        float d2 = springls__length2(d), ahead = springls__dot(d, n);\n",
+    "        if (other == i || d2 > r * r) continue;\n",
+    "        beside += springls__dot(n, m) > 0.5f;\n",
+    "        if (d2 - ahead * ahead > aside * aside || springls__dot(n, m) >= SPRINGLS__FACING_AGAINST) continue;\n",
+    "        across += springls__across_gap(d, n, m);\n",
+    "        facing++;\n",
+    "    }\n",
+    "    return beside >= enough_beside && across >= enough && 2 * across >= facing;\n",
+    "}\n",
+    "\n",
     "/* Returns true when phi is inside in front of a springl: bodies have met there, and only springls left between them keep phi near\n",
     "   zero in the projection. */\n",
     "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
@@ -18898,10 +20514,12 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
+    "    bool buried = model->params.project_level_set && springls__is_buried(model, s);\n",
     "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
+    "    bool thin = model->params.keep_thin != 0;\n",
     "    *action = SPRINGLS__KEEP;\n",
-    "    if (model->params.project_level_set && springls__is_buried(model, s)) *action = SPRINGLS__REMOVE;\n",
-    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *action = SPRINGLS__REMOVE;\n",
+    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i)))\n",
+    "        *action = SPRINGLS__REMOVE;\n",
     "    else if (!model->set.mask[i]\n",
     "             && springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -18961,7 +20579,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4472 \"springls.h\"\n",
+    "#line 4895 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -19037,102 +20655,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4549 \"springls.h\"\n",
-    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
-    "\n",
-    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
-    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
-    "{\n",
-    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
-    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
-    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
-    "    float s = r * r;\n",
-    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
-    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
-    "    if (ay > ax) a = 1.57079633f - a;\n",
-    "    if (x < 0.0f) a = 3.14159265f - a;\n",
-    "    return y < 0.0f ? -a : a;\n",
-    "}\n",
-    "\n",
-    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
-    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
-    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
-    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
-    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
-    "    return 2.0f * springls__atan2(volume, angle);\n",
-    "}\n",
-    "#line 4576 \"springls.h\"\n",
-    "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
-    "   two of them is wide, springls are missing or the surface ends. */\n",
-    "\n",
-    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* directions: more than that leave no wide gap */\n",
-    "\n",
-    "typedef struct springls__angular_gaps {\n",
-    "    springls__v3 e1, e2;                      /* the tangent frame  */\n",
-    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
-    "    int count;\n",
-    "} springls__angular_gaps;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
-    "{\n",
-    "    springls__angular_gaps gaps;\n",
-    "    gaps.e1 = springls__any_tangent(n);\n",
-    "    gaps.e2 = springls__cross(n, gaps.e1);\n",
-    "    gaps.count = 0;\n",
-    "    return gaps;\n",
-    "}\n",
-    "\n",
-    "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
-    "{\n",
-    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
-    "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
-    "    angle = springls__atan2(v, u);\n",
-    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
-    "    gaps.angle[i] = angle;\n",
-    "    gaps.count++;\n",
-    "    return gaps;\n",
-    "}\n",
-    "\n",
-    "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
-    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
-    "{\n",
-    "    const float turn = 6.28318531f;\n",
-    "    springls__widest_gap widest;\n",
-    "    float from, middle;\n",
-    "    int i;\n",
-    "    widest.angle = turn;\n",
-    "    widest.second = 0.0f;\n",
-    "    widest.middle = gaps.e1;\n",
-    "    if (gaps.count == 0) return widest;\n",
-    "    from = gaps.angle[gaps.count - 1];\n",
-    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < gaps.count; i++) {\n",
-    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
-    "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
-    "        if (angle <= widest.angle) continue;\n",
-    "        widest.angle = angle;\n",
-    "        from = gaps.angle[i - 1];\n",
-    "    }\n",
-    "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
-    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
-    "    return widest;\n",
-    "}\n",
-    "\n",
-    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two wide gaps; its end and a drop leave nearly all open. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
-    "{\n",
-    "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
-    "}\n",
-    "#line 4646 \"springls.h\"\n",
+    "#line 4972 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -19260,62 +20783,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4775 \"springls.h\"\n",
-    "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
-    "\n",
-    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
-    "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
-    "    int i, nearest = -1;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        springls__tri_plan plan;\n",
-    "        float d2, within = radius + s->bounding_radius;\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
-    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        d2 = springls__tri_distance2(&plan, x);\n",
-    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
-    "            best = d2;\n",
-    "            nearest = i;\n",
-    "        }\n",
-    "    }\n",
-    "    return nearest;\n",
-    "}\n",
-    "\n",
-    "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
-    "   `high` above or below its tangent plane. */\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
-    "                                                             float r, float high)\n",
-    "{\n",
-    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
-    "    return springls__angular_gaps_widest(gaps);\n",
-    "}\n",
-    "\n",
-    "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
-    "   a voxel may break. Particles of both sides count; those right above or below have no direction. */\n",
-    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
-    "{\n",
-    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
-    "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
-    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
-    "    }\n",
-    "    return springls__spans_sheet(gaps) != 0;\n",
-    "}\n",
-    "#line 4831 \"springls.h\"\n",
+    "#line 5101 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -19330,7 +20798,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4846 \"springls.h\"\n",
+    "#line 5116 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19345,7 +20813,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4862 \"springls.h\"\n",
+    "#line 5132 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19356,7 +20824,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4873 \"springls.h\"\n",
+    "#line 5143 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19371,7 +20839,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4888 \"springls.h\"\n",
+    "#line 5158 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -19382,7 +20850,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4899 \"springls.h\"\n",
+    "#line 5169 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -19430,10 +20898,10 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
-    "/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)\n",
+    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)\n",
     "{\n",
-    "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
+    "    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
     "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
@@ -19485,7 +20953,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5003 \"springls.h\"\n",
+    "#line 5273 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -19964,7 +21432,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5483 \"springls.h\"\n",
+    "#line 5753 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -19995,12 +21463,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the correspondence of a new springl by the paper's rule: the average of its neighbors' within R, or the nearest one's\n",
-    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known)\n",
+    "   when that is far from the average. Neighbors are springls before `known`; R doubles until there are some. nearest_springl: that\n",
+    "   one, -1 when there is none. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springls__model *model, springls__springl s, int known,\n",
+    "                                                                   int *nearest_springl)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    float radius = model->params.neighbor_radius;\n",
     "    int attempt;\n",
+    "    *nearest_springl = -1;\n",
     "    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {\n",
     "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);\n",
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
@@ -20017,6 +21488,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (d2 < best) {\n",
     "                best = d2;\n",
     "                nearest = model->set.a[other];\n",
+    "                *nearest_springl = other;\n",
     "            }\n",
     "        }\n",
     "        if (count == 0) continue;\n",
@@ -20062,7 +21534,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5582 \"springls.h\"\n",
+    "#line 5856 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -20190,8 +21662,9 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 5712 \"springls.h\"\n",
+    "#line 5987 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -20381,7 +21854,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5903 \"springls.h\"\n",
+    "#line 6178 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -20475,9 +21948,10 @@ static const char *const springls__kernel_lines[] = {
     "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    int first = args.fit.first, n = first + i, m;\n",
+    "    int first = args.fit.first, n = first + i, m, beside;\n",
     "    springls__springl s = model->set.s[n];\n",
-    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first);\n",
+    "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
+    "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
@@ -20490,7 +21964,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6013 \"springls.h\"\n",
+    "#line 6289 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -20723,9 +22197,10 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x behind it too. */\n",
+    "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
+    "   behind it (side 1, x lies in a sheet) or before it (side -1, x lies in a gap). */\n",
     "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
-    "                                             springls__v3 normal)\n",
+    "                                             springls__v3 normal, float side)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k;\n",
@@ -20734,15 +22209,14 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
-    "                return true;\n",
+    "            if (springls__dot(s->n, normal) >= SPRINGLS__FACING_AGAINST) continue;\n",
+    "            if (springls__votes_inside(d, springls__scale(s->n, side), SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
     "        }\n",
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put back inside where phi has lost a\n",
-    "   sheet thinner than a voxel, between whose two sides the voxel lies. It is outside of both sides of a gap; a thread may\n",
-    "   break. */\n",
+    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost a\n",
+    "   sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
     "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
@@ -20755,8 +22229,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)\n",
-    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
+    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
     "    return springls__corrected_phi(phi, f);\n",
@@ -20869,7 +22343,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6393 \"springls.h\"\n",
+    "#line 6669 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -21020,7 +22494,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6545 \"springls.h\"\n",
+    "#line 6821 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -21050,7 +22524,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6575 \"springls.h\"\n",
+    "#line 6851 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21065,7 +22539,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6591 \"springls.h\"\n",
+    "#line 6867 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21234,7 +22708,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6760 \"springls.h\"\n",
+    "#line 7036 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21249,7 +22723,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6775 \"springls.h\"\n",
+    "#line 7051 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -21418,7 +22892,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6944 \"springls.h\"\n",
+    "#line 7220 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -21452,7 +22926,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6979 \"springls.h\"\n",
+    "#line 7255 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -21554,13 +23028,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
+    "    springls__inherit_components(model, n, i);\n",
     "    model->set.birth[i] = springls__birth_of(model, filled ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7088 \"springls.h\"\n",
+    "#line 7365 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -21657,7 +23132,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7186 \"springls.h\"\n",
+    "#line 7463 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -21731,7 +23206,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7261 \"springls.h\"\n",
+    "#line 7538 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -21965,7 +23440,32 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7496 \"springls.h\"\n",
+    "#line 7773 \"springls.h\"\n",
+    "/* write.h - springls that the caller moves. */\n",
+    "\n",
+    "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__carried_particle(springls__tri from, springls__tri to, springls__v3 p)\n",
+    "{\n",
+    "    springls__tri_hit before = springls__tri_closest(from, p);\n",
+    "    springls__tri_hit after = springls__tri_hit_make(to, p, before.bary[0], before.bary[1], before.bary[2]);\n",
+    "    return springls__add(after.point, springls__sub(p, before.point));\n",
+    "}\n",
+    "\n",
+    "/* Puts springl args.write.first + i where the caller wants it. A triangle that is not given moves by as much as the particle; a\n",
+    "   particle that is not given stays where it is in its triangle. */\n",
+    "SPRINGLS__MATHS void springls__write_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int n = args.write.first + i, m;\n",
+    "    springls__springl s = model->set.s[n], old = s;\n",
+    "    if (args.write.particles) s.p = model->force.written_particles[i];\n",
+    "    if (args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = model->force.written_vertices[3 * i + m];\n",
+    "    if (!args.write.particles) s.p = springls__carried_particle(springls__springl_tri(old), springls__springl_tri(s), old.p);\n",
+    "    if (!args.write.vertices)\n",
+    "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 7799 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -22223,7 +23723,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 7755 \"springls.h\"\n",
+    "#line 8058 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -22232,6 +23732,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
     "    X(displace, 128, SPRINGLS__ROLE_BIT(displacement) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(is_moving))       \\\n",
     "    X(move, 512, SPRINGLS__BIT(S))                                                                                               \\\n",
+    "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
@@ -22253,7 +23754,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
     "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
-    "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                                \\\n",
+    "    X(fit_new_springls, 16,                                                                                                      \\\n",
+    "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY))    \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
     "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
@@ -22305,7 +23807,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 22309 \"springls.h\"\n",
+    "#line 23811 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -23265,7 +24767,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
-    ctx->locked_count = 0;
+    springls__forget_targets(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
     SPRINGLS__TRY(springls__band_move(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
@@ -23537,7 +25039,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
@@ -23574,6 +25076,10 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 #endif
 #endif

@@ -70,7 +70,7 @@ typedef struct springls_params {
     int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
     float evolve_step;       /* delta t of eq. 23                                                                  */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
-    float curvature;         /* lambda of eq. 22: positive smooths                                                 */
+    float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, DATA FLOW)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
@@ -91,6 +91,7 @@ typedef struct springls_params {
 
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
+    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of

@@ -202,7 +202,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
-   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+   empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
+   that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded. */
@@ -272,13 +273,40 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 
 /* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
    correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
-   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
+   unsigned_to_signed. The springls become the original surface, which correspondences should lie on; where they lie on
+   another, springls_set_reference_mesh sets it. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
 /* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+   its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
+   coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
+   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
+SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
+                                                         size_t stride, const int *triangles, int triangle_count,
+                                                         springls_mesh_report *report);
+
+/* Moves springls first .. first + count - 1, between two steps, to where a solver of the caller's has them: voxel coordinates
+   as in views, 9 floats of vertices and 3 of the particle a springl.
+   - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
+     barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
+   - The level set follows in the next step, as after springls_advect: all that springls have moved since it last followed
+     adds up, and up to params.band_half_width + 1 voxels phi is carried along; after more it is recomputed. Two voxels from one
+     step to the next are a good measure. A step without forces, springls_step_desc all zero, makes it follow at once. With
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
+     phi anew after a motion of any size.
+   - Springls may leave the grid, as by springls_advect; the level set ends at its border.
+   - With a backend only the range is sent to the device.
+   INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
+   progress, after which indices may be others. NON_FINITE: a number is not finite or exceeds 10^6. After a failure nothing has
+   moved. */
+SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, int count, const float *vertices,
+                                            const float *particles);
 
 /* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
    follow their parent. NULL: all relax. */
@@ -298,6 +326,24 @@ typedef void (*springls_velocity_fn)(void *user, const float *points, int count,
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
 
+/* Holds a batch of points of springls, for callbacks that find their answer by springl instead of by place. With
+   params.vertex_velocity a velocity is evaluated at the particles, then at vertices 0, 1 and 2 of the same springls; a
+   pressure or an affine map at the particles only. Every springl comes once a Runge-Kutta stage for each of these. */
+typedef struct springls_batch {
+    int count;                    /* of points, one a springl                                                       */
+    int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
+    float time;                   /* of the Runge-Kutta stage                                                       */
+    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *normals;         /* 3 each: outward unit normal of the springl                                     */
+    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const int *springls;          /* index of each point's springl, as in views and springls_write                  */
+    const uint32_t *ids;          /* its id, as in springls_ids                                                     */
+} springls_batch;
+
+/* Evaluates a force for a batch: `out` has 1, 3 or 12 floats a point, as the callbacks above. The batch is valid during the
+   call. Called like the pressure. */
+typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
+
 /* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
    of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
@@ -315,13 +361,17 @@ typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
     springls_velocity_fn velocity; /* sigma                                                                         */
     springls_affine_fn affine;     /* A(p, a)                                                                       */
-    void *user;                    /* handed to all three                                                           */
+    springls_batch_fn pressure_batch; /* added to the pressure callback                                             */
+    springls_batch_fn velocity_batch; /* added to the velocity callback                                             */
+    springls_batch_fn affine_batch;   /* added to the affine callback                                               */
+    void *user;                    /* handed to all of them                                                         */
     springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
     springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
+    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
+                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
     springls_integrator integrator;
 } springls_forces;
 
@@ -377,9 +427,10 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
+   springls that springls_write has moved. */
 typedef struct springls_step_desc {
-    const springls_forces *forces;
+    const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
     float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
@@ -474,6 +525,56 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 
 /* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
+
+/* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
+
+/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
+   connected outside and enclosed by a body, such as a bubble. World units. */
+typedef struct springls_component {
+    uint32_t id;            /* from 1; no other component of this model ever gets it                                */
+    bool cavity;
+    double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
+    float center[3];        /* centroid of the volume                                                               */
+    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+} springls_component;
+
+/* Lists the components as they were after the last step, by ascending ids; those of a model that has been set or changed since
+   are found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+   list belongs to the context, until the next call that changes the model. */
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
+
+/* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
+   springl they are born beside, until components are found at the end of the step. */
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
+
+/* Finds the ids of the bodies at `count` world points: the body that a point lies in, or outside, within the narrow band, the one
+   that phi leads to; 0: none. For vertices of meshes and of chunks, places of rays, and the like. Conditions as for
+   springls_components. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+
+/* Names what happens to components. */
+typedef enum springls_event_kind {
+    SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that has no springls of another                                  */
+    SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
+    SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest, of equal ones of the lowest  */
+    SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
+} springls_event_kind;
+
+/* Describes an event. */
+typedef struct springls_event {
+    double time;            /* of the model when it was found: the end of a sub-step                                */
+    float place[3];         /* world: where parts have met or parted; the centroid of what was born or died         */
+    int step;               /* springls_stats.steps then                                                            */
+    springls_event_kind kind;
+    bool cavity;            /* it happened to cavities: a bubble was closed (birth), opened or vanished (death), ... */
+    int before_count, after_count;
+    const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
+} springls_event;
+
+/* Lists what has happened since the last step began, in that order; also by a springls_combine, _offset, _remesh or stage call
+   before or after it: such changes are found at the begin of the next step, or by this call. Conditions and ownership as for
+   springls_components. Parts of a few voxels are listed too: a consumer that has no use for them goes by their volumes. */
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
@@ -738,6 +839,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
+    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 
@@ -773,8 +875,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
    them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
-   implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, or reorders sums, and
+   so breaks the promise of equal bits: compile the implementation without -ffast-math, with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either

@@ -17,7 +17,14 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
-    springls__buffer_free(ctx, &ctx->locked_memory);
+    springls__buffer_free(ctx, &ctx->component_memory);
+    springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->label_rank);
+    springls__buffer_free(ctx, &ctx->label_parent);
+    springls__buffer_free(ctx, &ctx->label_memory);
+    springls__buffer_free(ctx, &ctx->label_id_memory);
+    springls__buffer_free(ctx, &ctx->event_memory);
+    springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
@@ -162,13 +169,14 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     }
 }
 
-/* Subtracts x*x, rounded, from x*x: the difference is 0 unless the compiler has fused multiplication and subtraction. */
+/* Computes a*a + c, which is 0 when a*a is rounded and 2^-24 when it is not, and (c + b) - b, which is 0 unless sums are
+   reordered. Volatile operands keep the compiler from computing either by itself. */
 SPRINGLS_API bool springls_fp_contract_detected(void)
 {
-    volatile float x = 1.0f + 1.0f / 4096.0f;
-    float a = x, product = a * a;
-    volatile float rounded = product;
-    return a * a - rounded != 0.0f;
+    volatile float operands[3] = { 1.0f + 1.0f / 4096.0f, -(1.0f + 1.0f / 2048.0f), 1073741824.0f };
+    float a = operands[0], c = operands[1], b = operands[2];
+    float product = a * a, sum = c + b;
+    return product + c != 0.0f || sum - b != 0.0f;
 }
 
 #endif

@@ -205,7 +205,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
-    if (!params.volume_lock) ctx->locked_count = 0; /* the volumes locked by an earlier call may have changed */
+    if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
