@@ -98,6 +98,7 @@
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
+     >>split_input          src/input/split_input.h
      >>set_springls         src/input/set_springls.h
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
@@ -312,6 +313,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
+                split_input          1: large triangles of a mesh become several springls 1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -375,6 +377,10 @@
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
    coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_set_mesh makes several springls of a triangle much larger than a voxel (split_input = 1). springls_springl_materials
+   finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
+   attribute.
 
    springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
@@ -672,7 +678,7 @@ typedef enum springls_status {
     SPRINGLS_OK = 0,
     SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
     SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area or in the grid, or no inside      */
     SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
     SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
     SPRINGLS_CANCELLED = -6,        /* the progress callback returned non-zero: after a step the model is whole, after an
@@ -835,7 +841,9 @@ typedef struct springls_params {
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
     int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
-    /* initial springls of a level set or shape */
+    /* initial springls: of a mesh; of a level set or shape */
+    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
+                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
@@ -871,7 +879,8 @@ typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
-                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
+                                      springls_combine fail, springls_set_mesh takes any number of triangles, but
+                                      divides no more when there are so many. 0: 64 million                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -915,8 +924,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
    empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
    that is there. */
 
-/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
-   welded. */
+/* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
+   were welded. */
 typedef struct springls_mesh_report {
     int triangles_dropped;   /* without an area, or with a repeated corner                                          */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
@@ -927,15 +936,20 @@ typedef struct springls_mesh_report {
     bool flipped;            /* the input was inside out and has been turned                                        */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
+    int springls;            /* made of triangles and their parts, and of the film that closes holes                */
 } springls_mesh_report;
 
-/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+/* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
+   a triangle with an edge longer than split_edge becomes several: it is divided at the middle of its longest edge, and its
+   parts again, alike on both sides of every edge and only within the grid. Springls are in the order of the triangles.
+   springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
+   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
-   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
-   when they are not.
-   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
+   which come after those of the triangles.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
+   flat patch or with sheets that lie on each other: then the model is empty. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
@@ -1539,7 +1553,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -9083,6 +9097,19 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
+SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int k, v;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] == SPRINGLS__INSIDE) return true;
+    for (k = 0; k < g->active_count; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
+    return false;
+}
+
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
 /* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
@@ -11248,12 +11275,12 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
-   convex edge are exact, and those outside a concave one. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
+   on it. Distances inside a convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
                                         springls__sample_set *samples)
 {
-    const float depth = 1.8f;
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
     int lo[3], hi[3], i, j, k;
     lo[0] = (int)springls__floor(x.x - radius);
     lo[1] = (int)springls__floor(x.y - radius);
@@ -11265,7 +11292,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             for (i = lo[0]; i <= hi[0]; i++) {
                 float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
                 springls__v3 n, foot;
-                if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
@@ -13198,6 +13225,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.split_input = 0;
     p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
@@ -13226,6 +13254,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.split_input = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -13275,6 +13304,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(split_input, 0, 1);
     SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
@@ -13638,12 +13668,18 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+/* Makes phi the original level set: phi_ref = phi. */
+SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__reference_copy(ctx);
+}
+
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__make_reference(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
@@ -14274,6 +14310,119 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     }
 }
 
+/* ======== >>split_input  (src/input/split_input.h) ============================================================= */
+/* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
+   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
+   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+
+enum { SPRINGLS__SPLIT_STACK = 256 };
+
+/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+typedef struct springls__split_part { double q[3][3]; } springls__split_part;
+
+/* Holds what parts are divided by. room: how many more springls there may be. */
+typedef struct springls__split_rule { double longest2, lower[3], upper[3]; int room; } springls__split_rule;
+
+/* Returns the rule for a model of `given` triangles. An equilateral triangle of the largest edge is no larger than split_area, so
+   that resample leaves all parts as they are. */
+SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context *ctx, int given)
+{
+    const double margin = 0.5 + (double)ctx->model.params.band_half_width; /* beyond the outermost voxels */
+    const double edge = (double)ctx->model.params.split_edge, area = (double)ctx->model.params.split_area;
+    const double edge2_of_area = 2.309401077; /* 4 / sqrt 3 */
+    springls__split_rule rule;
+    int k;
+    rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
+    if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
+    rule.room = springls__imax(ctx->desc.max_springls - given, 0);
+    for (k = 0; k < 3; k++) {
+        rule.lower[k] = -margin;
+        rule.upper[k] = (double)ctx->desc.grid.size[k] - 1.0 + margin;
+    }
+    return rule;
+}
+
+/* Returns true when the bounds of a part meet the grid. */
+SPRINGLS__FN bool springls__part_in_grid(const springls__split_rule *rule, const springls__split_part *part)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        int below = 0, above = 0;
+        for (i = 0; i < 3; i++) {
+            below += part->q[i][k] < rule->lower[k];
+            above += part->q[i][k] > rule->upper[k];
+        }
+        if (below == 3 || above == 3) return false;
+    }
+    return true;
+}
+
+/* Returns the longest edge: 0, 1 or 2, from that corner to the next; and its squared length. */
+SPRINGLS__FN int springls__part_longest_edge(const springls__split_part *part, double *length2)
+{
+    int m, k, longest = 0;
+    *length2 = -1.0;
+    for (m = 0; m < 3; m++) {
+        double sum = 0.0;
+        for (k = 0; k < 3; k++) sum += (part->q[(m + 1) % 3][k] - part->q[m][k]) * (part->q[(m + 1) % 3][k] - part->q[m][k]);
+        if (sum <= *length2) continue;
+        *length2 = sum;
+        longest = m;
+    }
+    return longest;
+}
+
+/* Cuts a part from the middle of an edge to the opposite corner; both halves keep its orientation. */
+SPRINGLS__FN void springls__part_halve(springls__split_part part, int edge, springls__split_part *first,
+                                       springls__split_part *second)
+{
+    int next = (edge + 1) % 3, k;
+    *first = *second = part;
+    for (k = 0; k < 3; k++)
+        first->q[next][k] = second->q[edge][k] = 0.5 * (part.q[edge][k] + part.q[next][k]);
+}
+
+/* Appends a springl; it comes from the input, and its particle is its correspondence. */
+SPRINGLS__FN springls_status springls__part_append(springls_context *ctx, const springls__split_part *part)
+{
+    springls__springl s;
+    int m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + 1));
+    memset(&s, 0, sizeof s);
+    for (m = 0; m < 3; m++) s.q[m] = springls__v3_make((float)part->q[m][0], (float)part->q[m][1], (float)part->q[m][2]);
+    s.p = springls__tri_centroid(springls__springl_tri(s));
+    springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+    return SPRINGLS_OK;
+}
+
+/* Appends the springls of one triangle. Parts outside of the grid stay whole; so do those beyond max_springls, which are counted
+   as refused. */
+SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, springls__split_rule *rule, const springls__v3 q[3])
+{
+    springls__split_part stack[SPRINGLS__SPLIT_STACK];
+    int top = 1, m;
+    for (m = 0; m < 3; m++) {
+        stack[0].q[m][0] = (double)q[m].x;
+        stack[0].q[m][1] = (double)q[m].y;
+        stack[0].q[m][2] = (double)q[m].z;
+    }
+    while (top) {
+        const springls__split_part part = stack[--top];
+        double length2;
+        int edge = springls__part_longest_edge(&part, &length2);
+        bool large = length2 > rule->longest2 && springls__part_in_grid(rule, &part);
+        if (large && rule->room > 0 && top + 2 <= SPRINGLS__SPLIT_STACK) {
+            springls__part_halve(part, edge, &stack[top + 1], &stack[top]);
+            rule->room--;
+            top += 2;
+        } else {
+            ctx->stats.refused += large;
+            SPRINGLS__TRY(springls__part_append(ctx, &part));
+        }
+    }
+    return SPRINGLS_OK;
+}
+
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
 /* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
@@ -14285,7 +14434,7 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
      to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
      are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, or nothing is inside, the model is empty. */
 
 /* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
    triangles run from low to high less how many run from high to low. */
@@ -14609,21 +14758,52 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
-SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
+/* Returns the corners of a listed triangle, turned as m->turn has it. */
+SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
-    uint8_t mirrored = springls__is_mirrored(ctx);
-    int t, k;
+    int k;
+    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+}
+
+/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+{
+    const uint8_t mirrored = springls__is_mirrored(ctx);
+    int t;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->original, m->count));
     for (t = 0; t < m->count; t++) {
-        springls__springl s;
-        springls__tri tri;
-        memset(&s, 0, sizeof s);
         m->turn[t] ^= mirrored;
-        for (k = 0; k < 3; k++) s.q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
-        tri.a = s.q[0]; tri.b = s.q[1]; tri.c = s.q[2];
-        s.p = springls__tri_centroid(tri);
-        springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+        springls__mesh_corners(m, t, ctx->original.points + 3 * t);
     }
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->original, m->count));
+    return springls__surface_make_dipoles(ctx, &ctx->original);
+}
+
+/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
+   is one half, and between two sheets that lie on each other it is 0. */
+SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
+{
+    const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
+    int i;
+    for (i = 0; i < surface->count; i++) {
+        springls__tri t = springls__surface_triangle(surface, i);
+        float size = springls__sqrt(springls__length(springls__tri_area2(t)));
+        springls__v3 x = springls__mad(springls__tri_centroid(t), springls__tri_normal(t), -springls__min(depth, share * size));
+        if (springls__surface_winding(surface, x, 2.5f) > more_than_flat) return true;
+    }
+    return false;
+}
+
+/* Appends the springls of the original surface's triangles, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+{
+    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
+    int t;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
+    for (t = 0; t < ctx->original.count; t++)
+        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
@@ -14654,17 +14834,17 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
-    springls__mesh_append_springls(ctx, m);
-    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
-    SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
+    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    if (!springls__surface_has_inside(&ctx->original))
+        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__make_original(ctx));
+    SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -14741,6 +14921,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
+    report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
@@ -18239,7 +18420,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 745 \"springls.h\"\n",
+    "#line 751 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -18333,11 +18514,13 @@ static const char *const springls__kernel_lines[] = {
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
     "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
     "\n",
-    "    /* initial springls of a level set or shape */\n",
+    "    /* initial springls: of a mesh; of a level set or shape */\n",
+    "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
+    "                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1651 \"springls.h\"\n",
+    "#line 1665 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -18415,7 +18598,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1730 \"springls.h\"\n",
+    "#line 1744 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -18498,7 +18681,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1814 \"springls.h\"\n",
+    "#line 1828 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -18574,7 +18757,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1891 \"springls.h\"\n",
+    "#line 1905 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -18593,7 +18776,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1911 \"springls.h\"\n",
+    "#line 1925 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18608,7 +18791,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1927 \"springls.h\"\n",
+    "#line 1941 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18732,7 +18915,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2051 \"springls.h\"\n",
+    "#line 2065 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -18758,7 +18941,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2078 \"springls.h\"\n",
+    "#line 2092 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -18909,7 +19092,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2230 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18924,7 +19107,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2245 \"springls.h\"\n",
+    "#line 2259 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19048,14 +19231,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2369 \"springls.h\"\n",
+    "#line 2383 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2377 \"springls.h\"\n",
+    "#line 2391 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -19067,7 +19250,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2389 \"springls.h\"\n",
+    "#line 2403 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19082,7 +19265,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2419 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19126,7 +19309,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2449 \"springls.h\"\n",
+    "#line 2463 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19141,7 +19324,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2464 \"springls.h\"\n",
+    "#line 2478 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19185,7 +19368,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2508 \"springls.h\"\n",
+    "#line 2522 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -19264,7 +19447,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2587 \"springls.h\"\n",
+    "#line 2601 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19279,7 +19462,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2603 \"springls.h\"\n",
+    "#line 2617 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19342,7 +19525,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2666 \"springls.h\"\n",
+    "#line 2680 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19357,7 +19540,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2681 \"springls.h\"\n",
+    "#line 2695 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19420,7 +19603,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2759 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -19737,7 +19920,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3063 \"springls.h\"\n",
+    "#line 3077 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -20177,7 +20360,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3504 \"springls.h\"\n",
+    "#line 3518 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -20186,7 +20369,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3513 \"springls.h\"\n",
+    "#line 3527 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20201,7 +20384,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3529 \"springls.h\"\n",
+    "#line 3543 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20214,7 +20397,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3542 \"springls.h\"\n",
+    "#line 3556 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20229,7 +20412,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3557 \"springls.h\"\n",
+    "#line 3571 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20242,7 +20425,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3570 \"springls.h\"\n",
+    "#line 3584 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -20476,7 +20659,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4293 \"springls.h\"\n",
+    "#line 4307 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -20652,7 +20835,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4470 \"springls.h\"\n",
+    "#line 4484 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -20678,7 +20861,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4497 \"springls.h\"\n",
+    "#line 4511 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -20747,7 +20930,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4567 \"springls.h\"\n",
+    "#line 4581 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -20821,7 +21004,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4642 \"springls.h\"\n",
+    "#line 4656 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -20911,7 +21094,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4733 \"springls.h\"\n",
+    "#line 4747 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -21109,7 +21292,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4932 \"springls.h\"\n",
+    "#line 4946 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -21185,7 +21368,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5009 \"springls.h\"\n",
+    "#line 5023 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21315,7 +21498,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5140 \"springls.h\"\n",
+    "#line 5154 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -21330,7 +21513,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5155 \"springls.h\"\n",
+    "#line 5169 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21345,7 +21528,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5171 \"springls.h\"\n",
+    "#line 5185 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21356,7 +21539,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5182 \"springls.h\"\n",
+    "#line 5196 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21371,7 +21554,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5197 \"springls.h\"\n",
+    "#line 5211 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21382,7 +21565,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5208 \"springls.h\"\n",
+    "#line 5222 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -21485,7 +21668,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5312 \"springls.h\"\n",
+    "#line 5326 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -21964,7 +22147,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5792 \"springls.h\"\n",
+    "#line 5806 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -22064,7 +22247,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5893 \"springls.h\"\n",
+    "#line 5907 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -22194,7 +22377,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6024 \"springls.h\"\n",
+    "#line 6038 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -22383,7 +22566,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6214 \"springls.h\"\n",
+    "#line 6228 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -22493,7 +22676,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6325 \"springls.h\"\n",
+    "#line 6339 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -22872,7 +23055,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6705 \"springls.h\"\n",
+    "#line 6719 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -23023,7 +23206,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6857 \"springls.h\"\n",
+    "#line 6871 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -23053,7 +23236,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6887 \"springls.h\"\n",
+    "#line 6901 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23068,7 +23251,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6903 \"springls.h\"\n",
+    "#line 6917 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23237,7 +23420,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7072 \"springls.h\"\n",
+    "#line 7086 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23252,7 +23435,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7087 \"springls.h\"\n",
+    "#line 7101 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23421,7 +23604,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7256 \"springls.h\"\n",
+    "#line 7270 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -23455,7 +23638,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7291 \"springls.h\"\n",
+    "#line 7305 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -23564,7 +23747,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7401 \"springls.h\"\n",
+    "#line 7415 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -23661,7 +23844,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7499 \"springls.h\"\n",
+    "#line 7513 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -23735,7 +23918,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7574 \"springls.h\"\n",
+    "#line 7588 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -23969,7 +24152,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7809 \"springls.h\"\n",
+    "#line 7823 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -23994,7 +24177,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7835 \"springls.h\"\n",
+    "#line 7849 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -24252,7 +24435,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8094 \"springls.h\"\n",
+    "#line 8108 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -24336,7 +24519,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 24340 \"springls.h\"\n",
+    "#line 24523 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -24960,29 +25143,74 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
    surface, by the direction they face. */
 typedef struct springls__side_rule {
     const springls__grid *grid;      /* of the other operand                                                       */
+    const springls__surface *surface; /* of its springls                                                           */
     float sign;
     bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
 } springls__side_rule;
 
-/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
+/* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
+                                                   springls_operation operation, bool second)
 {
     const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
     rule.grid = grid;
+    rule.surface = surface;
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
     rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
     return rule;
 }
 
+enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
+
+#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+
+/* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
+   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
+   faces as it does may bound the result. */
+SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
+{
+    springls__v3 m = springls__tri_normal(t);
+    float cosine = springls__dot(n, m), height = springls__dot(springls__sub(p, t.a), m);
+    *d2 = springls__tri_closest(t, p).d2;
+    if (cosine > SPRINGLS__PARALLEL && *d2 < SPRINGLS__ON_SURFACE * SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_SAME;
+    if (cosine < -SPRINGLS__PARALLEL && *d2 < SPRINGLS__TRIANGLE_GAP * SPRINGLS__TRIANGLE_GAP
+        && springls__fabs(height) < SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_OPPOSITE;
+    return SPRINGLS__OFF_SURFACE;
+}
+
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
+   edges, and to its level set where there are none. */
+SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
+{
+    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__near_walk walk;
+    float cosine, d2, least = FLT_MAX;
+    int i, one, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        least = d2;
+        facing = one;
+    }
+    if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
+    cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (cosine > SPRINGLS__PARALLEL) return SPRINGLS__FACING_SAME;
+    return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
+}
+
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
     float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
-    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
-    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
-    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
+    int facing = springls__facing_surface(rule, s, phi);
+    if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
+    if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
@@ -25019,20 +25247,53 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
+   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
+                                            float a, float b, const int at[3])
+{
+    const float touching = 1e-3f, opposite = -0.5f; /* voxels; cosine */
+    springls__v3 n, m;
+    float cosine;
+    if (springls__fabs(a) > touching || springls__fabs(b) > touching) return false;
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    m = springls__normalize(springls__voxel_gradient(other, at[0], at[1], at[2]));
+    cosine = springls__dot(n, m);
+    return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
+}
+
+/* Computes phi of the result in an active brick, into phi_next. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int slot,
+                                          int brick)
+{
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = other->phi + (size_t)other->top[brick] * SPRINGLS__BRICK_VOXELS;
+    const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
+    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__slot_origin(g, slot, o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        at[0] = o[0] + (v & 7);
+        at[1] = o[1] + (v >> 3 & 7);
+        at[2] = o[2] + (v >> 6);
+        out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
+               ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
+    }
+}
+
 /* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
-    size_t i, bricks = springls__brick_count(g);
-    int v;
-    for (i = 0; i < bricks; i++) {
-        float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, g->top[i], i);
+    for (i = 0; i < bricks; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
-    }
+            g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
+                                               other->phi[(size_t)other->top[i] * SPRINGLS__BRICK_VOXELS]) < 0.0f
+                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    springls__swap_phi(ctx);
     ctx->omega_fresh = false;
 }
 
@@ -25169,14 +25430,14 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
-   more than max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
+   this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
-                                                        springls_context *other)
+                                                        springls_context *other, const springls__surface surfaces[2])
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
-    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
     SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
@@ -25230,16 +25491,21 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     return SPRINGLS_OK;
 }
 
-/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
-SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
+                                               springls__surface surfaces[2])
 {
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__complete_model(ctx, true);
+    SPRINGLS__TRY(springls__complete_model(ctx, true));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
@@ -25263,6 +25529,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls__surface surfaces[2];
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -25271,7 +25538,11 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
+    memset(surfaces, 0, sizeof surfaces);
+    status = springls__combine(ctx, operation, other, surfaces);
+    springls__surface_free(ctx, &surfaces[0]);
+    springls__surface_free(ctx, &surfaces[1]);
+    return springls__clear_on_failure(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
@@ -25403,19 +25674,6 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether any voxel is inside. */
-SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
-{
-    size_t i, bricks = springls__brick_count(g);
-    int k, v;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] == SPRINGLS__INSIDE) return true;
-    for (k = 0; k < g->active_count; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
-    return false;
-}
-
 /* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
@@ -25505,7 +25763,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
+   surface that they sample, and what a projection would average away is not theirs to change. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
@@ -25517,7 +25776,6 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }

@@ -335,6 +335,7 @@ static bool make_model(struct track *track)
     }
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(track->grid.dims, track->grid.spacing, track->grid.origin, track->grid.direction[0]);
+    track->params.split_input = 0; /* springl i is triangle i of the reference */
     desc.params = &track->params;
     desc.backend = track->backend = run_backend("track4d", &track->settings.common);
     return run_create("track4d", &desc, &track->ctx) == CLI_CONTINUE && make_level_set(track)

@@ -196,6 +196,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
+                split_input          1: large triangles of a mesh become several springls 1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -263,6 +264,10 @@
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
    coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_set_mesh makes several springls of a triangle much larger than a voxel (split_input = 1). springls_springl_materials
+   finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
+   attribute.
 
    springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
