@@ -98,6 +98,7 @@
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
+     >>split_input          src/input/split_input.h
      >>set_springls         src/input/set_springls.h
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
@@ -106,6 +107,7 @@
      >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
+     >>zero_level           src/output/zero_level.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -166,8 +168,8 @@
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
-     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
-        springls_measure ...
+     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
+        springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
    MACROS, defined before the include
@@ -311,6 +313,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 volume_lock          1: see VOLUME LOCK                                  0         0
+                split_input          1: large triangles of a mesh become several springls 1         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -374,6 +377,10 @@
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
    coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_set_mesh makes several springls of a triangle much larger than a voxel (split_input = 1). springls_springl_materials
+   finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
+   attribute.
 
    springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
    nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
@@ -671,7 +678,7 @@ typedef enum springls_status {
     SPRINGLS_OK = 0,
     SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
     SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area or in the grid, or no inside      */
     SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
     SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
     SPRINGLS_CANCELLED = -6,        /* the progress callback returned non-zero: after a step the model is whole, after an
@@ -834,7 +841,9 @@ typedef struct springls_params {
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
     int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */
 
-    /* initial springls of a level set or shape */
+    /* initial springls: of a mesh; of a level set or shape */
+    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
+                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
@@ -870,7 +879,8 @@ typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
-                                      springls_combine fail, springls_set_mesh takes any number. 0: 64 million      */
+                                      springls_combine fail, springls_set_mesh takes any number of triangles, but
+                                      divides no more when there are so many. 0: 64 million                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -914,8 +924,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
    empty. springls_set_reference, _set_reference_mesh, _set_relax_mask and springls_write change the model
    that is there. */
 
-/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
-   welded. */
+/* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
+   were welded. */
 typedef struct springls_mesh_report {
     int triangles_dropped;   /* without an area, or with a repeated corner                                          */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
@@ -926,15 +936,20 @@ typedef struct springls_mesh_report {
     bool flipped;            /* the input was inside out and has been turned                                        */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
+    int springls;            /* made of triangles and their parts, and of the film that closes holes                */
 } springls_mesh_report;
 
-/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+/* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
+   a triangle with an edge longer than split_edge becomes several: it is divided at the middle of its longest edge, and its
+   parts again, alike on both sides of every edge and only within the grid. Springls are in the order of the triangles.
+   springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
+   can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
-   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
-   when they are not.
-   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
+   which come after those of the triangles.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
+   flat patch or with sheets that lie on each other: then the model is empty. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
@@ -1356,26 +1371,40 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
+/* Names the surface that closest points and rays are found on. */
+typedef enum springls_surface {
+    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
+                                    but, where springls have come or gone, the list of them by cell. A sheet thinner than about
+                                    a voxel may have springls and no zero level: it is not found                              */
+    SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
+                                    the first query after springls have moved                                                 */
+} springls_surface;
+
+/* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing was found                                                           */
+    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
+                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
-    float barycentric[3];        /* in the springl                                                                  */
-    float distance;              /* world units: from the query point, or along the ray                             */
-    float material[3];           /* world                                                                           */
+    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of springls_extract_mesh have
+                                    it; SOUP: of the springl                                                        */
+    float barycentric[3];        /* in the springl: its place closest to `point`                                    */
+    float distance;              /* world units, never negative: from the query point, or along the ray             */
+    float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
+                                    springls_extract_mesh; SOUP: from a linear one                                  */
     int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
-   further than the zero level. */
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out);
 
-/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
-   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
-   surface, set the mesh of springls_extract_mesh as the model of a second context. */
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out);
+/* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   watertight surface always finds it. */
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out);
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -1524,7 +1553,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
-   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
+   their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
@@ -2494,12 +2523,19 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 /* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
+/* Returns the point of a triangle with weights on a, b, c. */
+SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])
+{
+    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],
+                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],
+                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
+}
+
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
-    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,
-                                t.a.z * u + t.b.z * v + t.c.z * w);
+    h.point = springls__tri_point(t, h.bary);
     h.d2 = springls__length2(springls__sub(x, h.point));
     return h;
 }
@@ -3118,13 +3154,11 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Interpolates phi at x (voxels), trilinear, with the border rule. */
-SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
+SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
+                                            float corner[8])
 {
-    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
-    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
-    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
-    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
+    int c;
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
@@ -3136,7 +3170,17 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
-    return springls__trilinear(corner, u, v, w);
+}
+
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
+SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
+    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
+    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);
+    float corner[8];
+    springls__grid_corners(g, phi, i, j, k, corner);
+    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);
 }
 
 /* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
@@ -3214,28 +3258,41 @@ SPRINGLS__MATHS int springls__tile_step(int d)
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
 }
 
+/* Returns whether the tile of the brick at `origin` goes beyond the domain. */
+SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])
+{
+    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
+           || origin[2] + 9 > g->size[2];
+}
+
+/* Loads the row of a tile at (y, z), voxels of the domain. */
+SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)
+{
+    int x;
+    if (border) {
+        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);
+    } else {
+        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
+    }
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    int o[3], row, x;
+    int o[3], row;
     bool border;
     springls__slot_origin(g, slot, o);
-    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    border = springls__tile_at_border(g, o);
     SPRINGLS__BARRIER; /* other items may still read the old values */
-    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
-        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
-        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
-        if (border) {
-            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
-        } else {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
-            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
-            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
-        }
-    }
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)
+        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,
+                                tile + SPRINGLS__TILE * row);
     SPRINGLS__BARRIER;
 }
 
@@ -4534,8 +4591,9 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
+   there is none. */
+SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
     float best = radius * radius;
@@ -4546,6 +4604,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         float d2, within = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
+        if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
@@ -4553,6 +4612,12 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         }
     }
     return nearest;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
@@ -4986,31 +5051,33 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet. */
+SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
-    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
+    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
     float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
     int i, j;
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
+    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;
     term[0] = 1.0f;
-    term[1] = springls__dot(d, fit.e1);
-    term[2] = springls__dot(d, fit.e2);
+    term[1] = springls__dot(d, fit->e1);
+    term[2] = springls__dot(d, fit->e2);
     term[3] = term[1] * term[1];
     term[4] = term[1] * term[2];
     term[5] = term[2] * term[2];
     value[0] = h;
-    value[1] = a.x - fit.a0.x;
-    value[2] = a.y - fit.a0.y;
-    value[3] = a.z - fit.a0.z;
+    value[1] = a.x - fit->a0.x;
+    value[2] = a.y - fit->a0.y;
+    value[3] = a.z - fit->a0.z;
     weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
+        const float scaled = weight * term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];
     }
-    fit.count++;
-    return fit;
+    fit->count++;
+    return true;
 }
 
 /* The fitted surface at the origin. */
@@ -5539,7 +5606,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
-            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
+            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_highest(fit);
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
@@ -5810,15 +5877,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
+    int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
-        if (fit.count == before) continue;
+        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
     }
@@ -6134,12 +6199,11 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
+/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
+    springls__grid_corners(g, g->phi, x, y, z, cell.phi);
     return cell;
 }
 
@@ -9033,6 +9097,19 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether any voxel is inside. */
+SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int k, v;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] == SPRINGLS__INSIDE) return true;
+    for (k = 0; k < g->active_count; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
+    return false;
+}
+
 /* ======== >>host_access  (src/model/host_access.h) ============================================================= */
 /* host_access.h - the begin of calls that work on the host, and the end of all calls: failures of the device, an empty model. */
 
@@ -11198,12 +11275,12 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
     return best;
 }
 
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level. Distances inside a
-   convex edge are exact, and those outside a concave one. */
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those that lie
+   on it. Distances inside a convex edge are exact, and those outside a concave one. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
                                         springls__sample_set *samples)
 {
-    const float depth = 1.8f;
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; beyond an edge distances are that exact */
     int lo[3], hi[3], i, j, k;
     lo[0] = (int)springls__floor(x.x - radius);
     lo[1] = (int)springls__floor(x.y - radius);
@@ -11215,7 +11292,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             for (i = lo[0]; i <= hi[0]; i++) {
                 float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
                 springls__v3 n, foot;
-                if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
@@ -13148,6 +13225,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.volume_lock = 0;
+    p.split_input = 0;
     p.components = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
@@ -13176,6 +13254,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
     p.keep_edges = 1;
+    p.split_input = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -13225,6 +13304,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(vertex_velocity, 0, 1);
     SPRINGLS__IN(half_time_sampling, 0, 1);
     SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(split_input, 0, 1);
     SPRINGLS__IN(components, 0, 1);
     SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
@@ -13588,12 +13668,18 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
-SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+/* Makes phi the original level set: phi_ref = phi. */
+SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__reference_copy(ctx);
+}
+
+/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__make_reference(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
@@ -14224,6 +14310,119 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     }
 }
 
+/* ======== >>split_input  (src/input/split_input.h) ============================================================= */
+/* split_input.h - makes the springls of input triangles (params.split_input): divides those that are much larger than a voxel, at
+   the middle of the longest edge, until no edge is too long. Where an edge is divided depends on its two ends alone, so that the
+   triangles on both sides of it are divided alike and no gap can open between them when they move. */
+
+enum { SPRINGLS__SPLIT_STACK = 256 };
+
+/* Holds a part of an input triangle. In double precision, as a part near the grid may belong to a triangle with far corners. */
+typedef struct springls__split_part { double q[3][3]; } springls__split_part;
+
+/* Holds what parts are divided by. room: how many more springls there may be. */
+typedef struct springls__split_rule { double longest2, lower[3], upper[3]; int room; } springls__split_rule;
+
+/* Returns the rule for a model of `given` triangles. An equilateral triangle of the largest edge is no larger than split_area, so
+   that resample leaves all parts as they are. */
+SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context *ctx, int given)
+{
+    const double margin = 0.5 + (double)ctx->model.params.band_half_width; /* beyond the outermost voxels */
+    const double edge = (double)ctx->model.params.split_edge, area = (double)ctx->model.params.split_area;
+    const double edge2_of_area = 2.309401077; /* 4 / sqrt 3 */
+    springls__split_rule rule;
+    int k;
+    rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
+    if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
+    rule.room = springls__imax(ctx->desc.max_springls - given, 0);
+    for (k = 0; k < 3; k++) {
+        rule.lower[k] = -margin;
+        rule.upper[k] = (double)ctx->desc.grid.size[k] - 1.0 + margin;
+    }
+    return rule;
+}
+
+/* Returns true when the bounds of a part meet the grid. */
+SPRINGLS__FN bool springls__part_in_grid(const springls__split_rule *rule, const springls__split_part *part)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        int below = 0, above = 0;
+        for (i = 0; i < 3; i++) {
+            below += part->q[i][k] < rule->lower[k];
+            above += part->q[i][k] > rule->upper[k];
+        }
+        if (below == 3 || above == 3) return false;
+    }
+    return true;
+}
+
+/* Returns the longest edge: 0, 1 or 2, from that corner to the next; and its squared length. */
+SPRINGLS__FN int springls__part_longest_edge(const springls__split_part *part, double *length2)
+{
+    int m, k, longest = 0;
+    *length2 = -1.0;
+    for (m = 0; m < 3; m++) {
+        double sum = 0.0;
+        for (k = 0; k < 3; k++) sum += (part->q[(m + 1) % 3][k] - part->q[m][k]) * (part->q[(m + 1) % 3][k] - part->q[m][k]);
+        if (sum <= *length2) continue;
+        *length2 = sum;
+        longest = m;
+    }
+    return longest;
+}
+
+/* Cuts a part from the middle of an edge to the opposite corner; both halves keep its orientation. */
+SPRINGLS__FN void springls__part_halve(springls__split_part part, int edge, springls__split_part *first,
+                                       springls__split_part *second)
+{
+    int next = (edge + 1) % 3, k;
+    *first = *second = part;
+    for (k = 0; k < 3; k++)
+        first->q[next][k] = second->q[edge][k] = 0.5 * (part.q[edge][k] + part.q[next][k]);
+}
+
+/* Appends a springl; it comes from the input, and its particle is its correspondence. */
+SPRINGLS__FN springls_status springls__part_append(springls_context *ctx, const springls__split_part *part)
+{
+    springls__springl s;
+    int m;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + 1));
+    memset(&s, 0, sizeof s);
+    for (m = 0; m < 3; m++) s.q[m] = springls__v3_make((float)part->q[m][0], (float)part->q[m][1], (float)part->q[m][2]);
+    s.p = springls__tri_centroid(springls__springl_tri(s));
+    springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+    return SPRINGLS_OK;
+}
+
+/* Appends the springls of one triangle. Parts outside of the grid stay whole; so do those beyond max_springls, which are counted
+   as refused. */
+SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, springls__split_rule *rule, const springls__v3 q[3])
+{
+    springls__split_part stack[SPRINGLS__SPLIT_STACK];
+    int top = 1, m;
+    for (m = 0; m < 3; m++) {
+        stack[0].q[m][0] = (double)q[m].x;
+        stack[0].q[m][1] = (double)q[m].y;
+        stack[0].q[m][2] = (double)q[m].z;
+    }
+    while (top) {
+        const springls__split_part part = stack[--top];
+        double length2;
+        int edge = springls__part_longest_edge(&part, &length2);
+        bool large = length2 > rule->longest2 && springls__part_in_grid(rule, &part);
+        if (large && rule->room > 0 && top + 2 <= SPRINGLS__SPLIT_STACK) {
+            springls__part_halve(part, edge, &stack[top + 1], &stack[top]);
+            rule->room--;
+            top += 2;
+        } else {
+            ctx->stats.refused += large;
+            SPRINGLS__TRY(springls__part_append(ctx, &part));
+        }
+    }
+    return SPRINGLS_OK;
+}
+
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
 /* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
@@ -14235,7 +14434,7 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
      to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the film together. The holes
      are filled with springls here, because the first fill_gaps would give them correspondences at the rims.
 
-   Bad input leaves the model unchanged; when memory runs out, the model is empty. */
+   Bad input leaves the model unchanged; when memory runs out, or nothing is inside, the model is empty. */
 
 /* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
    triangles run from low to high less how many run from high to low. */
@@ -14559,21 +14758,52 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Appends a springl for each listed triangle, turned as m->turn has it and once more in a mirrored world. */
-SPRINGLS__FN void springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
+/* Returns the corners of a listed triangle, turned as m->turn has it. */
+SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
 {
-    uint8_t mirrored = springls__is_mirrored(ctx);
-    int t, k;
+    int k;
+    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+}
+
+/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+SPRINGLS__FN springls_status springls__mesh_original(springls_context *ctx, springls__mesh_intake *m)
+{
+    const uint8_t mirrored = springls__is_mirrored(ctx);
+    int t;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->original, m->count));
     for (t = 0; t < m->count; t++) {
-        springls__springl s;
-        springls__tri tri;
-        memset(&s, 0, sizeof s);
         m->turn[t] ^= mirrored;
-        for (k = 0; k < 3; k++) s.q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
-        tri.a = s.q[0]; tri.b = s.q[1]; tri.c = s.q[2];
-        s.p = springls__tri_centroid(tri);
-        springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+        springls__mesh_corners(m, t, ctx->original.points + 3 * t);
     }
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->original, m->count));
+    return springls__surface_make_dipoles(ctx, &ctx->original);
+}
+
+/* Returns whether some place is inside. If any is, the one right behind some triangle is; behind a flat patch the winding number
+   is one half, and between two sheets that lie on each other it is 0. */
+SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
+{
+    const float depth = 1e-3f, share = 0.01f, more_than_flat = 0.51f; /* voxel; of a triangle's size; winding number */
+    int i;
+    for (i = 0; i < surface->count; i++) {
+        springls__tri t = springls__surface_triangle(surface, i);
+        float size = springls__sqrt(springls__length(springls__tri_area2(t)));
+        springls__v3 x = springls__mad(springls__tri_centroid(t), springls__tri_normal(t), -springls__min(depth, share * size));
+        if (springls__surface_winding(surface, x, 2.5f) > more_than_flat) return true;
+    }
+    return false;
+}
+
+/* Appends the springls of the original surface's triangles, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+{
+    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
+    int t;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
+    for (t = 0; t < ctx->original.count; t++)
+        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Stores for each triangle of the original surface its number in the caller's mesh, times 2, plus 1 if it was turned. */
@@ -14604,17 +14834,17 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
 {
     springls__mesh_distance distance;
     springls__clear_model(ctx);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
-    springls__mesh_append_springls(ctx, m);
-    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
-    SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
+    SPRINGLS__TRY(springls__mesh_original(ctx, m));
+    if (!springls__surface_has_inside(&ctx->original))
+        return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no inside: it is flat, or its triangles lie on each other");
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    SPRINGLS__TRY(springls__make_original(ctx));
+    SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
 }
@@ -14691,6 +14921,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_replace_model(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
+    report->springls = ctx->model.set.count;
     springls__mesh_log(ctx, report, !unbalanced && report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
@@ -15662,33 +15893,80 @@ SPRINGLS_API springls_status springls_events(springls_context *ctx, const spring
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
-/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
-   both, so that a ray cannot slip between them. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
+   same bits for both, so that a ray cannot slip between them. */
+typedef struct springls__ray_frame {
+    double origin[3], sx, sy, sz;
     int kx, ky, kz;
-    float sx, sy, sz;
+} springls__ray_frame;
+
+/* The direction must not be zero. */
+SPRINGLS__FN springls__ray_frame springls__ray_frame_make(const double origin[3], const double direction[3])
+{
+    springls__ray_frame f;
+    int k;
+    f.kz = 0;
+    for (k = 0; k < 3; k++) {
+        f.origin[k] = origin[k];
+        if (fabs(direction[k]) > fabs(direction[f.kz])) f.kz = k;
+    }
+    f.kx = (f.kz + 1) % 3;
+    f.ky = (f.kz + 2) % 3;
+    f.sz = 1.0 / direction[f.kz];
+    f.sx = direction[f.kx] * f.sz;
+    f.sy = direction[f.ky] * f.sz;
+    return f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and weights of its corners. */
+SPRINGLS__FN bool springls__ray_meets(const springls__ray_frame *f, springls__tri tri, double t_max, double *t, float weight[3])
+{
+    double p[3][3], u, v, w, det;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - f->origin[0];
+        d[1] = (double)q.y - f->origin[1];
+        d[2] = (double)q.z - f->origin[2];
+        p[m][0] = d[f->kx] - f->sx * d[f->kz];
+        p[m][1] = d[f->ky] - f->sy * d[f->kz];
+        p[m][2] = f->sz * d[f->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    det = u + v + w;
+    if (det == 0.0) return false;
+    *t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(*t >= 0.0 && *t <= t_max)) return false;
+    weight[0] = (float)(u / det);
+    weight[1] = (float)(v / det);
+    weight[2] = 1.0f - weight[0] - weight[1];
+    return true;
+}
+
+/* ---- through a hierarchy ---- */
+
+typedef struct springls__ray {
+    springls__ray_frame frame;
+    float origin[3], inverse[3];
 } springls__ray;
 
 SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
 {
     springls__ray r;
+    double from[3], along[3];
     int k;
     r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    along[0] = (double)direction.x; along[1] = (double)direction.y; along[2] = (double)direction.z;
     for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
+        float d = (float)along[k];
+        from[k] = (double)r.origin[k];
         r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
     }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
+    r.frame = springls__ray_frame_make(from, along);
     return r;
 }
 
@@ -15709,37 +15987,15 @@ SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_n
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+/* Returns whether the ray meets a triangle within t_max, and where. */
 SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    double t;
+    float b[3];
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return 0;
     out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    memcpy(out->hit.bary, b, sizeof b);
+    out->hit.point = springls__tri_point(tri, b);
     return 1;
 }
 
@@ -15813,16 +16069,447 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
     return search.best;
 }
 
+/* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles are those of
+   springls_extract_mesh, to the bit, made cube by cube where they are needed: so nothing is built before, and no ray slips
+   between two of them. */
+
+/* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
+typedef struct springls__level_hit {
+    bool found;
+    springls__v3 place, n;
+} springls__level_hit;
+
+/* Returns the k-th triangle of the cube whose corner 0 is voxel `at`. */
+SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int mask, const int at[3], int k)
+{
+    springls__cube_range range;
+    memset(&range, 0, sizeof range);
+    return springls__cube_triangle(&range, cell, mask, at[0], at[1], at[2], k);
+}
+
+/* ---- rays ---- */
+
+/* A ray through the voxels, sorted by slabs across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that each slab has a few cubes. */
+typedef struct springls__level_ray {
+    const springls__grid *g;
+    springls__ray_frame frame;
+    double t_max;
+    springls__level_hit best;
+} springls__level_ray;
+
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, or comes close to by
+   more than all rounding errors. */
+SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double slack = 1e-6, slope = axis == f->kx ? f->sx : f->sy;
+    double a = f->origin[axis] + (begin - f->origin[f->kz]) * slope, b = f->origin[axis] + (end - f->origin[f->kz]) * slope;
+    span[0] = springls__imax((int)((a < b ? a : b) - slack + 1.0) - 1, -1); /* above -1 the cast rounds down */
+    span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
+}
+
+/* Returns whether the ray comes near an active brick between two planes of its main axis. */
+SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)begin, (double)end, u);
+    springls__level_ray_span(ray, ky, (double)begin, (double)end, v);
+    if (u[0] > u[1] || v[0] > v[1]) return false;
+    at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
+    for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
+        for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
+            if (springls__slot_at(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
+    return false;
+}
+
+/* Takes the triangles of a cube that the ray meets earlier than the best. */
+SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int at[3])
+{
+    const springls__grid *g = ray->g;
+    springls__mc_cell cell;
+    int mask, k;
+    if (springls__slot_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0)) < SPRINGLS__FIRST_SLOT)
+        return;
+    cell = springls__grid_cube(g, at[0], at[1], at[2]);
+    mask = springls__mc_case(cell);
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__level_triangle(cell, mask, at, k);
+        float weight[3];
+        double along;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        ray->t_max = along;
+        ray->best.found = true;
+        ray->best.place = springls__tri_point(t, weight);
+        ray->best.n = springls__tri_area2(t);
+    }
+}
+
+/* Visits the cubes of one slab, and returns whether the ray has met a triangle. */
+SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)slab, (double)slab + 1.0, u);
+    springls__level_ray_span(ray, ky, (double)slab, (double)slab + 1.0, v);
+    at[ray->frame.kz] = slab;
+    for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
+        for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
+    return ray->best.found;
+}
+
+/* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
+SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double origin[3], const double direction[3],
+                                           double *t_in, double *t_out, double from[3])
+{
+    int k, entry = -1;
+    for (k = 0; k < 3; k++) {
+        double lower = -1.0 - origin[k], upper = (double)g->size[k] - origin[k];
+        if (direction[k] != 0.0) {
+            double a = lower / direction[k], b = upper / direction[k];
+            if ((a < b ? a : b) > *t_in) {
+                *t_in = a < b ? a : b;
+                entry = k;
+            }
+            if ((a < b ? b : a) < *t_out) *t_out = a < b ? b : a;
+        } else if (lower > 0.0 || upper < 0.0) {
+            return false;
+        }
+    }
+    for (k = 0; k < 3; k++) { /* at the border of the domain to the bit: a far origin costs no digits */
+        const double lower = -1.0, upper = (double)g->size[k];
+        from[k] = k != entry ? origin[k] + *t_in * direction[k] : direction[k] > 0.0 ? lower : upper;
+        from[k] = from[k] < lower ? lower : from[k] > upper ? upper : from[k];
+    }
+    return *t_in <= *t_out;
+}
+
+/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; then *t is where. */
+SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
+                                                           const double direction[3], double *t)
+{
+    springls__level_ray ray;
+    double from[3], t_in = 0.0, t_out = *t;
+    int k, slab, last, step, end;
+    memset(&ray, 0, sizeof ray);
+    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
+    ray.g = g;
+    ray.frame = springls__ray_frame_make(from, direction);
+    ray.t_max = *t - t_in;
+    k = ray.frame.kz;
+    step = direction[k] > 0.0 ? 1 : -1;
+    slab = springls__iclamp((int)(from[k] - step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
+    last = step > 0 ? g->size[k] - 1 : -1;
+    for (;; slab = end + step) {
+        int first = springls__imax(slab, 0) & ~7;
+        end = step > 0 ? springls__imin(first + 7, last) : first > 0 ? first : -1;
+        if (ray.frame.sz * ((double)(step > 0 ? slab : slab + 1) - from[k]) > t_out - t_in + 1e-6 * fabs(ray.frame.sz))
+            break;
+        if (springls__level_ray_active(&ray, step > 0 ? slab : end, (step > 0 ? end : slab) + 1))
+            for (; (slab - end) * step <= 0; slab += step)
+                if (springls__level_ray_slab(&ray, slab)) {
+                    *t = t_in + ray.t_max;
+                    return ray.best;
+                }
+        if (end == last) break;
+    }
+    return ray.best;
+}
+
+/* ---- the closest point ---- */
+
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
+   of voxels are lower bounds of them. */
+typedef struct springls__level_search {
+    const springls_context *ctx;
+    float weight[3];            /* model units that a voxel along each axis is at least                         */
+    springls__v3 x;             /* the place, model coordinates                                                 */
+    float at[3];                /* and in voxels                                                                */
+    float slack, limit2;        /* slack: more than all rounding errors; limit2: nothing better is further away */
+    float d2;
+    int brick, order;           /* of the best: the lowest among equals                                         */
+    springls__level_hit best;
+} springls__level_search;
+
+SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
+{
+    const double *m = ctx->to_world, *inverse = ctx->to_voxel;
+    bool oblique = false;
+    int k;
+    search->ctx = ctx;
+    search->best.found = false;
+    for (k = 0; k < 3; k++) {
+        const double *row = inverse + 4 * k;
+        const int next = (k + 1) % 3;
+        double across = m[k] * m[next] + m[4 + k] * m[4 + next] + m[8 + k] * m[8 + next];
+        double unit = (double)ctx->smallest_spacing;
+        search->weight[k] = (float)(1.0 / unit) / springls__sqrt((float)(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]));
+        oblique = oblique || fabs(across) > 1e-6 * (double)(ctx->largest_spacing * ctx->largest_spacing);
+    }
+    /* the distance is at least the largest of those along the axes, and the root of their squares where these are orthogonal */
+    for (k = 0; k < 3; k++) search->weight[k] *= oblique ? 0.577f : 0.99999f;
+}
+
+/* Returns a lower bound of the squared distance to a box of voxels. */
+SPRINGLS__FN float springls__level_box2(const springls__level_search *search, const int lower[3], const int upper[3])
+{
+    float sum = 0.0f;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float d = springls__max(springls__max((float)lower[k] - search->at[k], search->at[k] - (float)upper[k]), 0.0f);
+        sum += d * d * (search->weight[k] * search->weight[k]);
+    }
+    return sum;
+}
+
+SPRINGLS__FN bool springls__level_is_better(const springls__level_search *search, float d2, int brick, int order)
+{
+    if (d2 != search->d2) return d2 < search->d2;
+    return brick != search->brick ? brick < search->brick : order < search->order;
+}
+
+/* Takes the triangles of a cube that are closer than the best, or as close and of a lower order. */
+SPRINGLS__FN void springls__level_try_cube(springls__level_search *search, int brick, int cube, const int at[3], int mask,
+                                           springls__mc_cell cell)
+{
+    int k;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri voxels = springls__level_triangle(cell, mask, at, k), t;
+        springls__tri_hit h;
+        int order = 8 * cube + k;
+        float d;
+        t.a = springls__voxel_to_model(search->ctx, voxels.a);
+        t.b = springls__voxel_to_model(search->ctx, voxels.b);
+        t.c = springls__voxel_to_model(search->ctx, voxels.c);
+        h = springls__tri_closest(t, search->x);
+        if (search->best.found && !springls__level_is_better(search, h.d2, brick, order)) continue;
+        d = springls__sqrt(h.d2) + search->slack;
+        search->best.found = true;
+        search->best.place = springls__tri_point(voxels, h.bary);
+        search->best.n = springls__tri_area2(voxels);
+        search->d2 = h.d2;
+        search->brick = brick;
+        search->order = order;
+        search->limit2 = springls__min(search->limit2, d * d);
+    }
+}
+
+/* Returns the cubes [span[0], span[1]] along an axis that come within `radius`, of those of a brick. */
+SPRINGLS__FN void springls__level_span(const springls__level_search *search, const springls__cube_range *range, int axis,
+                                       float radius, int span[2])
+{
+    const int first = range->origin[axis] + range->lo[axis], last = range->origin[axis] + range->hi[axis];
+    float r = radius / search->weight[axis];
+    span[0] = (int)springls__clamp(search->at[axis] - r - 1.0f, (float)first, (float)last + 1.0f);
+    span[1] = (int)springls__clamp(search->at[axis] + r, (float)first - 1.0f, (float)last);
+}
+
+/* Searches a row of cubes, from x = span[0] to span[1], of the brick at `origin`. */
+SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int brick, const int origin[3], bool border,
+                                          const int span[2], int y, int z)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float phi[4][SPRINGLS__TILE];
+    uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
+    int k, c, at[3], end[3];
+    for (k = 0; k < 4; k++) {
+        springls__load_tile_row(g, g->phi, origin, border, y + (k & 1), z + (k >> 1), phi[k]);
+        row[k] = springls__signs_of_row(phi[k]);
+        some |= row[k];
+        all &= row[k];
+    }
+    if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) return;
+    at[1] = y;
+    at[2] = z;
+    for (at[0] = span[0]; at[0] <= span[1]; at[0]++) {
+        const int x = at[0] - origin[0], mask = springls__case_between(row, x);
+        springls__mc_cell cell;
+        if (springls__mc_count(mask) == 0) continue;
+        for (c = 0; c < 3; c++) end[c] = at[c] + 1;
+        if (springls__level_box2(search, at, end) > search->limit2) continue;
+        for (c = 0; c < 8; c++) cell.phi[c] = phi[c >> 1][x + 1 + (c & 1)];
+        springls__level_try_cube(search, brick, springls__cube_index(x, y - origin[1], z - origin[2]), at, mask, cell);
+    }
+}
+
+/* Returns a lower bound of the squared distance to the cubes of a brick of the top table; FLT_MAX when it is not active. */
+SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int lower[3], upper[3], k;
+    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return FLT_MAX;
+    springls__brick_origin(g, brick, lower);
+    for (k = 0; k < 3; k++) {
+        upper[k] = lower[k] + SPRINGLS__BRICK;
+        lower[k] -= lower[k] == 0;
+    }
+    return springls__level_box2(search, lower, upper);
+}
+
+/* Searches the cubes of a brick of the top table, row by row. */
+SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    springls__cube_range range;
+    float radius;
+    bool border;
+    int u[2], v[2], w[2], y, z;
+    if (springls__level_brick2(search, brick) > search->limit2) return;
+    radius = springls__sqrt(search->limit2);
+    range = springls__brick_cubes(g, g->top[brick]);
+    border = springls__tile_at_border(g, range.origin);
+    springls__level_span(search, &range, 0, radius, u);
+    springls__level_span(search, &range, 1, radius, v);
+    springls__level_span(search, &range, 2, radius, w);
+    for (z = w[0]; z <= w[1]; z++)
+        for (y = v[0]; y <= v[1]; y++) {
+            int at[3], end[3];
+            at[0] = u[0]; at[1] = y; at[2] = z;
+            end[0] = u[1] + 1; end[1] = y + 1; end[2] = z + 1;
+            if (springls__level_box2(search, at, end) <= search->limit2)
+                springls__level_try_row(search, brick, range.origin, border, u, y, z);
+        }
+}
+
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
+   there are none. */
+SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float bound = FLT_MAX;
+    int k;
+    if (r == 0) return 0.0f;
+    for (k = 0; k < 3; k++) {
+        int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
+        if (lower > 0)
+            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+        if (upper < g->bricks[k])
+            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+    }
+    return bound;
+}
+
+/* A walk over the bricks of the top table that are r away from brick `center`; over all active ones when r is negative. */
+typedef struct springls__ring_walk {
+    const springls__grid *g;
+    int center[3], r, at[3], next;
+} springls__ring_walk;
+
+SPRINGLS__FN springls__ring_walk springls__ring_walk_begin(const springls__grid *g, const int center[3], int r)
+{
+    springls__ring_walk walk;
+    int k;
+    walk.g = g;
+    walk.r = r;
+    walk.next = 0;
+    for (k = 0; k < 3; k++) {
+        walk.center[k] = center[k];
+        walk.at[k] = -r;
+    }
+    return walk;
+}
+
+/* Returns the next brick; -1 at the end. */
+SPRINGLS__FN int springls__ring_walk_next(springls__ring_walk *walk)
+{
+    const springls__grid *g = walk->g;
+    const int r = walk->r;
+    if (r < 0) return walk->next < g->active_count ? g->slot_brick[g->active[walk->next++]] : -1;
+    while (walk->at[2] <= r) {
+        int x = walk->center[0] + walk->at[0], y = walk->center[1] + walk->at[1], z = walk->center[2] + walk->at[2];
+        bool side = walk->at[1] == -r || walk->at[1] == r || walk->at[2] == -r || walk->at[2] == r;
+        walk->at[0] += side || r == 0 ? 1 : 2 * r;
+        if (walk->at[0] > r) {
+            walk->at[0] = -r;
+            walk->at[1]++;
+        }
+        if (walk->at[1] > r) {
+            walk->at[1] = -r;
+            walk->at[2]++;
+        }
+        if (x >= 0 && y >= 0 && z >= 0 && x < g->bricks[0] && y < g->bricks[1] && z < g->bricks[2])
+            return x + g->bricks[0] * (y + g->bricks[1] * z);
+    }
+    return -1;
+}
+
+/* Searches the bricks of a walk, the nearest one first: it leaves little to do in the others. */
+SPRINGLS__FN void springls__level_try_bricks(springls__level_search *search, springls__ring_walk walk)
+{
+    springls__ring_walk again = walk;
+    float nearest2 = search->limit2;
+    int brick, nearest = -1;
+    while ((brick = springls__ring_walk_next(&walk)) >= 0) {
+        float d2 = springls__level_brick2(search, brick);
+        if (d2 < nearest2) {
+            nearest2 = d2;
+            nearest = brick;
+        }
+    }
+    if (nearest < 0) return;
+    springls__level_try_brick(search, nearest);
+    while ((brick = springls__ring_walk_next(&again)) >= 0)
+        if (brick != nearest) springls__level_try_brick(search, brick);
+}
+
+/* Searches all bricks within the limit, ring by ring around brick `center`. */
+SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, const int center[3])
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int r;
+    for (r = 0; ; r++) {
+        const float bound = springls__level_ring_distance(search, center, r), side = (float)(2 * r + 1);
+        if (bound == FLT_MAX || bound * bound > search->limit2) return;
+        if (side * side * side > (float)g->active_count + 27.0f) break;
+        springls__level_try_bricks(search, springls__ring_walk_begin(g, center, r));
+    }
+    springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
+}
+
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
+   search still holds of the one before saves time and cannot change the result. */
+SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
+{
+    const springls_context *ctx = search->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    const springls__v3 corner = springls__v3_make((float)g->size[0], (float)g->size[1], (float)g->size[2]);
+    double x[3];
+    float phi, near, last = FLT_MAX;
+    int k, center[3];
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    search->x = springls__world_to_model(ctx, world);
+    for (k = 0; k < 3; k++) {
+        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
+        center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
+    }
+    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    if (search->best.found) /* the last answer is on the surface too */
+        last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
+    search->best.found = false;
+    phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
+    near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
+    if (phi < g->far_value && near < last) { /* phi is nearly the distance: where that is confirmed, this is all */
+        search->limit2 = near * near;
+        springls__level_try_rings(search, center);
+        if (search->best.found && search->d2 <= near * near) return search->best;
+        search->best.found = false;
+    }
+    search->limit2 = last < 1e18f ? last * last : FLT_MAX;
+    springls__level_try_rings(search, center);
+    return search->best;
+}
+
 /* ======== >>query  (src/output/query.h) ======================================================================== */
 /* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
 
-/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
+/* Fails when an array is missing or a point is not finite. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (count < 0 || (count > 0 && (!points || !out)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
     for (i = 0; i < 3 * (size_t)count; i++)
@@ -15871,6 +16558,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
@@ -16013,42 +16701,72 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* ---- closest point, rays ---- */
+/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+{
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+                                                ctx->model.set.count);
+    if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
+    return springls__material_at(ctx, springl, x);
+}
+
+/* ---- closest points, rays ---- */
 
 typedef struct springls__hit_query {
     const springls_context *ctx;
     const float *points, *directions;
-    float max_distance; /* model units */
+    float max_distance; /* world units */
+    bool cells;         /* the cell list is fresh */
     springls_hit *out;
 } springls__hit_query;
 
-/* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
-                                     springls_hit *out)
+/* Begins a hit on a springl: point (voxels) and normal, bary in the springl, distance in world units. */
+SPRINGLS__FN void springls__hit_begin(const springls_context *ctx, int springl, springls__v3 point, springls__v3 normal,
+                                      const float bary[3], float distance, springls_hit *out)
 {
-    springls__v3 voxel;
-    springls__surface_hit material;
-    const springls__springl *s;
-    int k;
+    springls__v3 n = springls__normal_to_world(ctx, normal);
+    out->springl = springl;
+    out->id = ctx->model.set.id[springl];
+    springls__voxel_to_world(ctx, point, out->point);
+    out->normal[0] = n.x; out->normal[1] = n.y; out->normal[2] = n.z;
+    memcpy(out->barycentric, bary, sizeof out->barycentric);
+    out->distance = distance;
+}
+
+SPRINGLS__FN void springls__hit_none(springls_hit *out)
+{
     memset(out, 0, sizeof *out);
-    out->springl = h->triangle;
-    out->material_triangle = -1;
+    out->springl = out->material_triangle = -1;
+}
+
+/* Sets the place on the original surface. */
+SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
+{
+    if (material->triangle < 0) return;
+    springls__voxel_to_world(ctx, material->hit.point, out->material);
+    springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
+}
+
+/* ---- on the springls ---- */
+
+/* Converts a hit on the springls to the public form. distance: model units. */
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+{
+    springls__surface_hit material;
+    springls__tri t;
+    springls__v3 voxel;
+    springls__hit_none(out);
     if (h->triangle < 0) return;
-    s = &ctx->model.set.s[h->triangle];
-    for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
-    voxel = springls__scale(s->q[0], h->hit.bary[0]);
-    voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
-    voxel = springls__mad(voxel, s->q[2], h->hit.bary[2]);
-    springls__voxel_to_world(ctx, voxel, out->point);
-    out->distance = distance * ctx->smallest_spacing;
+    t = springls__springl_tri(ctx->model.set.s[h->triangle]);
+    voxel = springls__tri_point(t, h->hit.bary);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
     material = springls__material_at(ctx, h->triangle, voxel);
-    if (material.triangle < 0) return;
-    springls__voxel_to_world(ctx, material.hit.point, out->material);
-    springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
+    springls__hit_material(ctx, &material, out);
 }
 
 /* Finds closest points; each search begins at the triangle of the last one. */
-SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
@@ -16056,13 +16774,14 @@ SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
-        springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
     }
 }
 
-SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
+    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
@@ -16070,39 +16789,178 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
         if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, q->max_distance);
-        springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
+        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
     }
 }
 
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
+/* ---- on the zero level ---- */
+
+/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
-    springls__hit_query q;
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    memset(&q, 0, sizeof q);
-    q.ctx = ctx;
-    q.points = points;
-    q.out = out;
-    springls__parallel(ctx, count, 64, springls__closest_task, &q);
+    float radius;
+    int nearest = -1;
+    for (radius = 0.25f; nearest < 0; radius *= 2.0f) { /* there is one at some distance */
+        nearest = springls__nearest_springl_facing(&ctx->model, h->place, h->n, radius);
+        if (nearest < 0 && radius >= 1.0f) nearest = springls__nearest_springl(&ctx->model, h->place, radius);
+    }
+    return nearest;
+}
+
+/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
+{
+    springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
+    return springls__dot(n, h->n) > 0.1f * springls__length(h->n) ? n : h->n;
+}
+
+/* Converts a hit on the zero level to the public form. *guess: the triangle of the original surface where the last one was. */
+SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const springls__level_hit *h, float distance, int *guess,
+                                          springls_hit *out)
+{
+    const springls_context *ctx = q->ctx;
+    springls__surface_hit material;
+    springls__tri_hit nearest;
+    int springl;
+    springls__hit_none(out);
+    if (!h->found) return;
+    springl = q->cells ? springls__springl_at(ctx, h)
+                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
+    springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    *guess = material.triangle;
+    springls__hit_material(ctx, &material, out);
+}
+
+SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    springls__level_search search;
+    int i, guess = -1;
+    springls__level_search_begin(q->ctx, &search);
+    for (i = begin; i < end; i++) {
+        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
+        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+    }
+}
+
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
+                                         double along[3])
+{
+    const double *m = ctx->to_voxel;
+    const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    int k;
+    if (!(length > 0.0)) return false;
+    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
+    return true;
+}
+
+SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        double from[3], along[3], t = (double)q->max_distance;
+        springls__level_hit h;
+        h.found = false;
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
+            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+    }
+}
+
+/* ---- the calls ---- */
+
+/* Returns true when all particles lie in active bricks: then the cell list can be built and the grid stays as it is. */
+SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        int origin[3];
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        if (springls__slot_at(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
+    }
+    return true;
+}
+
+/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where the
+   list would change the grid, or working memory that a step in progress uses. */
+SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
+{
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
+                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+    *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
+    if (!*cells) {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        return springls__springl_surface_refresh(ctx);
+    }
+    if (!ctx->cells_fresh) {
+        springls__use_device(ctx);
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
+    }
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+}
+
+/* Runs a query of either surface. */
+SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
+                                                     int count, springls_task on_level, springls_task on_soup)
+{
+    int i;
+    q->ctx = ctx;
+    if (ctx->model.set.count == 0) {
+        for (i = 0; i < count; i++) springls__hit_none(&q->out[i]);
+        return SPRINGLS_OK;
+    }
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
+        SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
+    } else {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    }
+    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT ? on_level : on_soup, q);
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out)
+SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, springls_surface surface, const char *call)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+}
+
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out)
 {
     springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
+    memset(&q, 0, sizeof q);
+    q.points = points;
+    q.out = out;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_soup_task);
+}
+
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    q.ctx = ctx;
+    memset(&q, 0, sizeof q);
     q.points = origins;
     q.directions = directions;
-    q.max_distance = max_distance > 0.0f ? springls__min(max_distance / ctx->smallest_spacing, 1e18f) : 1e18f;
+    q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
     q.out = out;
-    springls__parallel(ctx, count, 64, springls__raycast_task, &q);
-    return SPRINGLS_OK;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
@@ -17562,7 +18420,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 744 \"springls.h\"\n",
+    "#line 751 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -17656,11 +18514,13 @@ static const char *const springls__kernel_lines[] = {
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
     "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: they have not    */\n",
     "\n",
-    "    /* initial springls of a level set or shape */\n",
+    "    /* initial springls: of a mesh; of a level set or shape */\n",
+    "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
+    "                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1636 \"springls.h\"\n",
+    "#line 1665 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -17738,7 +18598,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1715 \"springls.h\"\n",
+    "#line 1744 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -17821,7 +18681,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1799 \"springls.h\"\n",
+    "#line 1828 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -17897,7 +18757,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1876 \"springls.h\"\n",
+    "#line 1905 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -17916,7 +18776,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1896 \"springls.h\"\n",
+    "#line 1925 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17931,7 +18791,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1912 \"springls.h\"\n",
+    "#line 1941 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18055,7 +18915,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2036 \"springls.h\"\n",
+    "#line 2065 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -18081,7 +18941,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2063 \"springls.h\"\n",
+    "#line 2092 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -18232,7 +19092,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2215 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18247,7 +19107,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2230 \"springls.h\"\n",
+    "#line 2259 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18371,14 +19231,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2354 \"springls.h\"\n",
+    "#line 2383 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2362 \"springls.h\"\n",
+    "#line 2391 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -18390,7 +19250,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2374 \"springls.h\"\n",
+    "#line 2403 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18405,7 +19265,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2390 \"springls.h\"\n",
+    "#line 2419 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -18449,7 +19309,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2434 \"springls.h\"\n",
+    "#line 2463 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18464,7 +19324,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2449 \"springls.h\"\n",
+    "#line 2478 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -18508,17 +19368,24 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2493 \"springls.h\"\n",
+    "#line 2522 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
+    "\n",
+    "/* Returns the point of a triangle with weights on a, b, c. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])\n",
+    "{\n",
+    "    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],\n",
+    "                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],\n",
+    "                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
     "    springls__tri_hit h;\n",
     "    h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;\n",
-    "    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,\n",
-    "                                t.a.z * u + t.b.z * v + t.c.z * w);\n",
+    "    h.point = springls__tri_point(t, h.bary);\n",
     "    h.d2 = springls__length2(springls__sub(x, h.point));\n",
     "    return h;\n",
     "}\n",
@@ -18580,7 +19447,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2565 \"springls.h\"\n",
+    "#line 2601 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18595,7 +19462,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2581 \"springls.h\"\n",
+    "#line 2617 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -18658,7 +19525,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2644 \"springls.h\"\n",
+    "#line 2680 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18673,7 +19540,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2659 \"springls.h\"\n",
+    "#line 2695 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -18736,7 +19603,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2723 \"springls.h\"\n",
+    "#line 2759 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -19053,7 +19920,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3041 \"springls.h\"\n",
+    "#line 3077 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -19134,13 +20001,11 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
-    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
-    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */\n",
+    "SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,\n",
+    "                                            float corner[8])\n",
     "{\n",
-    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
-    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
-    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;\n",
-    "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
+    "    int c;\n",
     "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
     "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
@@ -19152,7 +20017,17 @@ static const char *const springls__kernel_lines[] = {
     "    } else {\n",
     "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
     "    }\n",
-    "    return springls__trilinear(corner, u, v, w);\n",
+    "}\n",
+    "\n",
+    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
+    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
+    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);\n",
+    "    float corner[8];\n",
+    "    springls__grid_corners(g, phi, i, j, k, corner);\n",
+    "    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);\n",
     "}\n",
     "\n",
     "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
@@ -19230,28 +20105,41 @@ static const char *const springls__kernel_lines[] = {
     "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
     "}\n",
     "\n",
+    "/* Returns whether the tile of the brick at `origin` goes beyond the domain. */\n",
+    "SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])\n",
+    "{\n",
+    "    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]\n",
+    "           || origin[2] + 9 > g->size[2];\n",
+    "}\n",
+    "\n",
+    "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
+    "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
+    "{\n",
+    "    int x;\n",
+    "    if (border) {\n",
+    "        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);\n",
+    "    } else {\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
+    "        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    int o[3], row, x;\n",
+    "    int o[3], row;\n",
     "    bool border;\n",
     "    springls__slot_origin(g, slot, o);\n",
-    "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
+    "    border = springls__tile_at_border(g, o);\n",
     "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
-    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
-    "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
-    "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
-    "        if (border) {\n",
-    "            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);\n",
-    "        } else {\n",
-    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);\n",
-    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
-    "            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
-    "            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
-    "        }\n",
-    "    }\n",
+    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)\n",
+    "        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,\n",
+    "                                tile + SPRINGLS__TILE * row);\n",
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
@@ -19472,7 +20360,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3461 \"springls.h\"\n",
+    "#line 3518 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -19481,7 +20369,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3470 \"springls.h\"\n",
+    "#line 3527 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19496,7 +20384,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3486 \"springls.h\"\n",
+    "#line 3543 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -19509,7 +20397,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3499 \"springls.h\"\n",
+    "#line 3556 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19524,7 +20412,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3514 \"springls.h\"\n",
+    "#line 3571 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -19537,7 +20425,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3527 \"springls.h\"\n",
+    "#line 3584 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -19771,7 +20659,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4250 \"springls.h\"\n",
+    "#line 4307 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -19947,7 +20835,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4427 \"springls.h\"\n",
+    "#line 4484 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -19973,7 +20861,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4454 \"springls.h\"\n",
+    "#line 4511 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -20042,7 +20930,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4524 \"springls.h\"\n",
+    "#line 4581 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -20056,8 +20944,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
     "}\n",
     "\n",
-    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if\n",
+    "   there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
     "    float best = radius * radius;\n",
@@ -20068,6 +20957,7 @@ static const char *const springls__kernel_lines[] = {
     "        float d2, within = radius + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        if (springls__dot(plan.n, n) < 0.0f) continue;\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
@@ -20075,6 +20965,12 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);\n",
     "}\n",
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
@@ -20108,7 +21004,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4591 \"springls.h\"\n",
+    "#line 4656 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -20198,7 +21094,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4682 \"springls.h\"\n",
+    "#line 4747 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -20396,7 +21292,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4881 \"springls.h\"\n",
+    "#line 4946 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -20472,7 +21368,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4958 \"springls.h\"\n",
+    "#line 5023 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -20504,31 +21400,33 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
+    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "   sheet. */\n",
+    "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
     "{\n",
-    "    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
-    "    float r2 = springls__length2(d), h = springls__dot(d, fit.n);\n",
+    "    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
     "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
     "    int i, j;\n",
-    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;\n",
+    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;\n",
     "    term[0] = 1.0f;\n",
-    "    term[1] = springls__dot(d, fit.e1);\n",
-    "    term[2] = springls__dot(d, fit.e2);\n",
+    "    term[1] = springls__dot(d, fit->e1);\n",
+    "    term[2] = springls__dot(d, fit->e2);\n",
     "    term[3] = term[1] * term[1];\n",
     "    term[4] = term[1] * term[2];\n",
     "    term[5] = term[2] * term[2];\n",
     "    value[0] = h;\n",
-    "    value[1] = a.x - fit.a0.x;\n",
-    "    value[2] = a.y - fit.a0.y;\n",
-    "    value[3] = a.z - fit.a0.z;\n",
+    "    value[1] = a.x - fit->a0.x;\n",
+    "    value[2] = a.y - fit->a0.y;\n",
+    "    value[3] = a.z - fit->a0.z;\n",
     "    weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];\n",
-    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];\n",
+    "        const float scaled = weight * term[i];\n",
+    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];\n",
+    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];\n",
     "    }\n",
-    "    fit.count++;\n",
-    "    return fit;\n",
+    "    fit->count++;\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "/* The fitted surface at the origin. */\n",
@@ -20600,7 +21498,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5087 \"springls.h\"\n",
+    "#line 5154 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -20615,7 +21513,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5102 \"springls.h\"\n",
+    "#line 5169 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20630,7 +21528,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5118 \"springls.h\"\n",
+    "#line 5185 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -20641,7 +21539,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5129 \"springls.h\"\n",
+    "#line 5196 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20656,7 +21554,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5144 \"springls.h\"\n",
+    "#line 5211 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -20667,7 +21565,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5155 \"springls.h\"\n",
+    "#line 5222 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -20770,7 +21668,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5259 \"springls.h\"\n",
+    "#line 5326 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -21054,7 +21952,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
-    "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
+    "            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
     "    result = springls__fit_highest(fit);\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
     "        result.ok = 0;\n",
@@ -21249,7 +22147,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5739 \"springls.h\"\n",
+    "#line 5806 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -21324,15 +22222,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    springls__fit_result result;\n",
     "    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
-    "    int other, before;\n",
+    "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        before = fit.count;\n",
-    "        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);\n",
-    "        if (fit.count == before) continue;\n",
+    "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
     "    }\n",
@@ -21351,7 +22247,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5842 \"springls.h\"\n",
+    "#line 5907 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -21481,7 +22377,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 5973 \"springls.h\"\n",
+    "#line 6038 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -21646,12 +22542,11 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */\n",
+    "/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */\n",
     "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
-    "    int c;\n",
-    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
+    "    springls__grid_corners(g, g->phi, x, y, z, cell.phi);\n",
     "    return cell;\n",
     "}\n",
     "\n",
@@ -21671,7 +22566,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6164 \"springls.h\"\n",
+    "#line 6228 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -21781,7 +22676,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6275 \"springls.h\"\n",
+    "#line 6339 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -22160,7 +23055,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6655 \"springls.h\"\n",
+    "#line 6719 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -22311,7 +23206,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6807 \"springls.h\"\n",
+    "#line 6871 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -22341,7 +23236,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6837 \"springls.h\"\n",
+    "#line 6901 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22356,7 +23251,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6853 \"springls.h\"\n",
+    "#line 6917 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -22525,7 +23420,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7022 \"springls.h\"\n",
+    "#line 7086 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22540,7 +23435,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7037 \"springls.h\"\n",
+    "#line 7101 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -22709,7 +23604,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7206 \"springls.h\"\n",
+    "#line 7270 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -22743,7 +23638,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7241 \"springls.h\"\n",
+    "#line 7305 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -22852,7 +23747,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7351 \"springls.h\"\n",
+    "#line 7415 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -22949,7 +23844,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7449 \"springls.h\"\n",
+    "#line 7513 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -23023,7 +23918,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7524 \"springls.h\"\n",
+    "#line 7588 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -23257,7 +24152,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7759 \"springls.h\"\n",
+    "#line 7823 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -23282,7 +24177,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7785 \"springls.h\"\n",
+    "#line 7849 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -23540,7 +24435,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8044 \"springls.h\"\n",
+    "#line 8108 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -23624,7 +24519,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 23628 \"springls.h\"\n",
+    "#line 24523 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -24248,29 +25143,74 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
    surface, by the direction they face. */
 typedef struct springls__side_rule {
     const springls__grid *grid;      /* of the other operand                                                       */
+    const springls__surface *surface; /* of its springls                                                           */
     float sign;
     bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
 } springls__side_rule;
 
-/* Returns the rule for the springls of the first operand, or of the second. grid: of the other one. */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, springls_operation operation, bool second)
+/* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
+                                                   springls_operation operation, bool second)
 {
     const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule;
     rule.grid = grid;
+    rule.surface = surface;
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
     rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
     return rule;
 }
 
+enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
+
+#define SPRINGLS__ON_SURFACE 0.05f /* voxel: what is nearer lies on a surface       */
+#define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PARALLEL 0.7f    /* cosine between the normals of such a surface  */
+
+/* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
+   triangles count as surface where the springl faces the triangle: in the plane of a face, beyond its edge, a springl that
+   faces as it does may bound the result. */
+SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
+{
+    springls__v3 m = springls__tri_normal(t);
+    float cosine = springls__dot(n, m), height = springls__dot(springls__sub(p, t.a), m);
+    *d2 = springls__tri_closest(t, p).d2;
+    if (cosine > SPRINGLS__PARALLEL && *d2 < SPRINGLS__ON_SURFACE * SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_SAME;
+    if (cosine < -SPRINGLS__PARALLEL && *d2 < SPRINGLS__TRIANGLE_GAP * SPRINGLS__TRIANGLE_GAP
+        && springls__fabs(height) < SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_OPPOSITE;
+    return SPRINGLS__OFF_SURFACE;
+}
+
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, because phi between voxels is wrong at sharp
+   edges, and to its level set where there are none. */
+SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
+{
+    const float wrong = 1.0f; /* voxel: more than phi ever is between voxels */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__near_walk walk;
+    float cosine, d2, least = FLT_MAX;
+    int i, one, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > wrong) return SPRINGLS__OFF_SURFACE;
+    walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        one = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (one == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        least = d2;
+        facing = one;
+    }
+    if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
+    cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (cosine > SPRINGLS__PARALLEL) return SPRINGLS__FACING_SAME;
+    return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
+}
+
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    const float on_surface = 0.05f, parallel = 0.7f; /* voxels; cosine */
     float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
-    float cosine = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
-    if (springls__fabs(phi) < on_surface && cosine > parallel) return rule->keep_same;
-    if (springls__fabs(phi) < on_surface && cosine < -parallel) return rule->keep_opposite;
+    int facing = springls__facing_surface(rule, s, phi);
+    if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
+    if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
 }
 
@@ -24307,20 +25247,53 @@ SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, con
     return springls__grid_add_bricks(ctx, list, count);
 }
 
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways, the other one turned round
+   if it is subtracted: solids that touch there have no boundary left, and there is nothing between solids that do not. */
+SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
+                                            float a, float b, const int at[3])
+{
+    const float touching = 1e-3f, opposite = -0.5f; /* voxels; cosine */
+    springls__v3 n, m;
+    float cosine;
+    if (springls__fabs(a) > touching || springls__fabs(b) > touching) return false;
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    m = springls__normalize(springls__voxel_gradient(other, at[0], at[1], at[2]));
+    cosine = springls__dot(n, m);
+    return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
+}
+
+/* Computes phi of the result in an active brick, into phi_next. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int slot,
+                                          int brick)
+{
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = other->phi + (size_t)other->top[brick] * SPRINGLS__BRICK_VOXELS;
+    const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
+    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__slot_origin(g, slot, o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        at[0] = o[0] + (v & 7);
+        at[1] = o[1] + (v >> 3 & 7);
+        at[2] = o[2] + (v >> 6);
+        out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
+               ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
+    }
+}
+
 /* Computes phi of the result in every brick. The bricks of both are active. */
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
-    size_t i, bricks = springls__brick_count(g);
-    int v;
-    for (i = 0; i < bricks; i++) {
-        float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *other_phi = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, g->top[i], i);
+    for (i = 0; i < bricks; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, *phi, *other_phi) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        else
-            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], other_phi[v]);
-    }
+            g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
+                                               other->phi[(size_t)other->top[i] * SPRINGLS__BRICK_VOXELS]) < 0.0f
+                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    springls__swap_phi(ctx);
     ctx->omega_fresh = false;
 }
 
@@ -24457,14 +25430,14 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. Fails when none are left, or
-   more than max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
+   this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
-                                                        springls_context *other)
+                                                        springls_context *other, const springls__surface surfaces[2])
 {
     const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    const springls__side_rule rule = springls__rule_of(&other->model.grid, operation, false);
-    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, operation, true);
+    const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
+    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
     SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
@@ -24518,16 +25491,21 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     return SPRINGLS_OK;
 }
 
-/* Does the work of springls_combine on checked operands. On failure the model is left unfinished. */
-SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
+                                               springls__surface surfaces[2])
 {
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* before phi changes */
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__complete_model(ctx, true);
+    SPRINGLS__TRY(springls__complete_model(ctx, true));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
@@ -24551,6 +25529,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls__surface surfaces[2];
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -24559,7 +25538,11 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
+    memset(surfaces, 0, sizeof surfaces);
+    status = springls__combine(ctx, operation, other, surfaces);
+    springls__surface_free(ctx, &surfaces[0]);
+    springls__surface_free(ctx, &surfaces[1]);
+    return springls__clear_on_failure(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
@@ -24691,19 +25674,6 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether any voxel is inside. */
-SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
-{
-    size_t i, bricks = springls__brick_count(g);
-    int k, v;
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] == SPRINGLS__INSIDE) return true;
-    for (k = 0; k < g->active_count; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
-    return false;
-}
-
 /* Runs resample until no springl is too large, at most 40 times. */
 SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
@@ -24793,7 +25763,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. */
+/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. phi stays: it is the
+   surface that they sample, and what a projection would average away is not theirs to change. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
@@ -24805,7 +25776,6 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
