@@ -45,7 +45,7 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
     span.fit = springls__fit_begin(p, n, a);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (other < known) span.fit = springls__fit_add(span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);
+        if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
     terms = springls__fit_terms(span.fit.count);
     span.solution = springls__fit_coefficients(&span.fit, terms);

@@ -57,18 +57,20 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     return e;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet. */
+SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
-    springls__fit_equation e = springls__fit_equation_of(&fit, p, normal, a);
+    springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);
     int i, j;
-    if (!(e.weight > 0.0f)) return fit;
+    if (!(e.weight > 0.0f)) return false;
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += e.weight * e.term[i] * e.term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += e.weight * e.term[i] * e.value[j];
+        const float scaled = e.weight * e.term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
     }
-    fit.count++;
-    return fit;
+    fit->count++;
+    return true;
 }
 
 /* The fitted surface at the origin. */
