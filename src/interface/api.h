@@ -656,7 +656,8 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 typedef enum springls_surface {
     SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
-                                    a voxel may have springls and no zero level: it is not found                              */
+                                    a voxel may have springls and no zero level: it is not found. A closest point further
+                                    away than phi reaches takes ten times as long as a near one                               */
     SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
                                     the first query after springls have moved                                                 */
 } springls_surface;

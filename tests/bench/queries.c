@@ -13,7 +13,7 @@
 #include <omp.h>
 #endif
 
-enum { FRAMES = 20, SETTLE = 5, SURFACES = 2, KINDS = 3 };
+enum { FRAMES = 10, SETTLE = 5, SURFACES = 2, KINDS = 3 };
 
 static const char *const surfaces[SURFACES] = {"watertight", "soup"};
 static const char *const kinds[KINDS] = {"ray", "near_point", "far_point"};
@@ -147,7 +147,7 @@ int main(int argc, char **argv)
 {
     static struct cost costs[SURFACES][KINDS];
     const int grid = argc > 1 ? atoi(argv[1]) : 0;
-    struct queries q = {.count = argc > 2 ? atoi(argv[2]) : 10000};
+    struct queries q = {.count = argc > 2 ? atoi(argv[2]) : 4000};
     if (grid < 16 || grid > 1024 || q.count < 2 || q.count > 10000000) {
         fprintf(stderr, "usage: queries GRID [RAYS]\n");
         return 2;
