@@ -206,9 +206,9 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
    that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
-   were welded. */
+   were welded and repeated triangles dropped. */
 typedef struct springls_mesh_report {
-    int triangles_dropped;   /* without an area, or with a repeated corner                                          */
+    int triangles_dropped;   /* without an area, with a repeated corner, or with the corners of another triangle    */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
     int nonmanifold_edges;   /* edges of three or more triangles                                                    */
     int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
