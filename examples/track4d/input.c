@@ -360,8 +360,8 @@ static bool read_landmarks(struct track *track)
         return track_no_memory();
     }
     const float *reference = track->landmarks + 3 * track->landmark_count * (size_t)track->settings.reference;
-    return track_check(track->ctx, springls_closest(track->ctx, reference, (int)track->landmark_count, track->anchors),
-                       "landmarks");
+    return track_check(track->ctx, springls_closest(track->ctx, SPRINGLS_SURFACE_SOUP, reference, (int)track->landmark_count,
+                                                    track->anchors), "landmarks");
 }
 
 bool track_read(struct track *track)

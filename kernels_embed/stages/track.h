@@ -80,15 +80,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
+    int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
-        if (fit.count == before) continue;
+        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
     }

@@ -652,26 +652,40 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
+/* Names the surface that closest points and rays are found on. */
+typedef enum springls_surface {
+    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
+                                    but, where springls have come or gone, the list of them by cell. A sheet thinner than about
+                                    a voxel may have springls and no zero level: it is not found                              */
+    SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
+                                    the first query after springls have moved                                                 */
+} springls_surface;
+
+/* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing was found                                                           */
+    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
+                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
-    float barycentric[3];        /* in the springl                                                                  */
-    float distance;              /* world units: from the query point, or along the ray                             */
-    float material[3];           /* world                                                                           */
+    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of springls_extract_mesh have
+                                    it; SOUP: of the springl                                                        */
+    float barycentric[3];        /* in the springl: its place closest to `point`                                    */
+    float distance;              /* world units, never negative: from the query point, or along the ray             */
+    float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
+                                    springls_extract_mesh; SOUP: from a linear one                                  */
     int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
-   further than the zero level. */
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out);
 
-/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
-   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
-   surface, set the mesh of springls_extract_mesh as the model of a second context. */
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out);
+/* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   watertight surface always finds it. */
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out);
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -814,9 +828,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
-   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
-   springls_run. */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: a ball of radius R ends
+   with sqrt(R^2 - length^2), smaller features vanish, sharp edges become round. Steps are the longer the smoother the model
+   is. keep_volume: every component keeps its volume (manual, VOLUME LOCK), and the motion ends early when all are round.
+   EMPTY_MODEL: nothing is left. Other failures: as springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until

@@ -48,8 +48,8 @@
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
-     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
-        springls_measure ...
+     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
+        springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
 

@@ -66,8 +66,9 @@ static void read_all(springls_context *ctx, props *p, outcome *o)
     count(o, ctx, springls_extract_soup(ctx, &mesh));
     springls_mesh_free(ctx, &mesh);
     count(o, ctx, springls_measure(ctx, &measures));
-    count(o, ctx, springls_closest(ctx, points, 4, hits));
-    count(o, ctx, springls_raycast(ctx, points, points, 4, 0.0f, hits));
+    count(o, ctx, springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 4, hits));
+    count(o, ctx, springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, points, 4, 0.0f, hits));
+    count(o, ctx, springls_closest(ctx, SPRINGLS_SURFACE_SOUP, points, 4, hits));
     count(o, ctx, springls_sample_distance(ctx, points, 4, out));
     count(o, ctx, springls_sample_gradient(ctx, points, 4, out));
     count(o, ctx, springls_sample_inside(ctx, points, 4, inside));
