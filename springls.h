@@ -107,6 +107,7 @@
      >>material             src/output/material.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
+     >>zero_level           src/output/zero_level.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
@@ -167,8 +168,8 @@
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
-     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
-        springls_measure ...
+     7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
+        springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
    MACROS, defined before the include
@@ -1370,26 +1371,40 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
+/* Names the surface that closest points and rays are found on. */
+typedef enum springls_surface {
+    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
+                                    but, where springls have come or gone, the list of them by cell. A sheet thinner than about
+                                    a voxel may have springls and no zero level: it is not found                              */
+    SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
+                                    the first query after springls have moved                                                 */
+} springls_surface;
+
+/* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing was found                                                           */
+    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
+                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
-    float barycentric[3];        /* in the springl                                                                  */
-    float distance;              /* world units: from the query point, or along the ray                             */
-    float material[3];           /* world                                                                           */
+    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of springls_extract_mesh have
+                                    it; SOUP: of the springl                                                        */
+    float barycentric[3];        /* in the springl: its place closest to `point`                                    */
+    float distance;              /* world units, never negative: from the query point, or along the ray             */
+    float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
+                                    springls_extract_mesh; SOUP: from a linear one                                  */
     int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
-   further than the zero level. */
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out);
 
-/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
-   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
-   surface, set the mesh of springls_extract_mesh as the model of a second context. */
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out);
+/* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   watertight surface always finds it. */
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out);
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -1532,9 +1547,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
-   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
-   springls_run. */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: a ball of radius R ends
+   with sqrt(R^2 - length^2), smaller features vanish, sharp edges become round. Steps are the longer the smoother the model
+   is. keep_volume: every component keeps its volume (manual, VOLUME LOCK), and the motion ends early when all are round.
+   EMPTY_MODEL: nothing is left. Other failures: as springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
@@ -2508,12 +2524,19 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
 /* The point of a triangle closest to another point; bary: its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
 
+/* Returns the point of a triangle with weights on a, b, c. */
+SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])
+{
+    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],
+                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],
+                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
+}
+
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
-    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,
-                                t.a.z * u + t.b.z * v + t.c.z * w);
+    h.point = springls__tri_point(t, h.bary);
     h.d2 = springls__length2(springls__sub(x, h.point));
     return h;
 }
@@ -3132,13 +3155,11 @@ SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
-/* Interpolates phi at x (voxels), trilinear, with the border rule. */
-SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
+SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
+                                            float corner[8])
 {
-    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
-    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
-    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
-    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
+    int c;
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
@@ -3150,7 +3171,17 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
-    return springls__trilinear(corner, u, v, w);
+}
+
+/* Interpolates phi at x (voxels), trilinear, with the border rule. */
+SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
+    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
+    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);
+    float corner[8];
+    springls__grid_corners(g, phi, i, j, k, corner);
+    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);
 }
 
 /* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
@@ -3186,7 +3217,8 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
     if (one_brick) {
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
+        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(first[0], first[1], first[2]);
         for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
             sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
@@ -3228,28 +3260,41 @@ SPRINGLS__MATHS int springls__tile_step(int d)
     return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));
 }
 
+/* Returns whether the tile of the brick at `origin` goes beyond the domain. */
+SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])
+{
+    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
+           || origin[2] + 9 > g->size[2];
+}
+
+/* Loads the row of a tile at (y, z), voxels of the domain. */
+SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)
+{
+    int x;
+    if (border) {
+        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);
+    } else {
+        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
+    }
+}
+
 /* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */
 SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
                                          springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    int o[3], row, x;
+    int o[3], row;
     bool border;
     springls__slot_origin(g, slot, o);
-    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    border = springls__tile_at_border(g, o);
     SPRINGLS__BARRIER; /* other items may still read the old values */
-    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
-        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
-        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
-        if (border) {
-            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
-        } else {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
-            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
-            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
-            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
-            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
-        }
-    }
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)
+        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,
+                                tile + SPRINGLS__TILE * row);
     SPRINGLS__BARRIER;
 }
 
@@ -3598,14 +3643,19 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
+/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+#define SPRINGLS__CURVATURE_SPAN 1.5f
+
 /* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
-   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
-   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
-SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
+   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
+   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
+   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
+   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
-    const float h = 1.5f, largest = 0.7f * h; /* voxels */
-    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);
+    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);
     springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
     float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
     int k;
@@ -3626,7 +3676,7 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
 
 typedef struct springls__force_rule {
     springls__field pressure, velocity; /* channels 0: none */
-    float pressure_weight, velocity_weight, curvature_weight;
+    float pressure_weight, velocity_weight, curvature_weight, curvature_span;
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
@@ -3664,7 +3714,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),
+                            rule->curvature_weight);
     return out;
 }
 
@@ -3727,14 +3778,15 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
-SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
-                                                    springls__movers d)
+/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
+                                                    springls__springl s, springls__movers d)
 {
     springls__v3 smoothing;
     int m;
     if (rule->smoothing == 0.0f) return d;
-    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);
+    smoothing = springls__scale(smoothing, rule->smoothing);
     for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
     return d;
 }
@@ -3751,7 +3803,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
+    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
@@ -3975,6 +4027,7 @@ struct springls_context {
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
+    float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
@@ -4548,8 +4601,9 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
-/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
+   there is none. */
+SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
     float best = radius * radius;
@@ -4560,6 +4614,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         float d2, within = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
+        if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
@@ -4567,6 +4622,12 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
         }
     }
     return nearest;
+}
+
+/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);
 }
 
 /* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most
@@ -5000,31 +5061,33 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet. */
+SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
-    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
+    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
     float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
     int i, j;
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
+    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;
     term[0] = 1.0f;
-    term[1] = springls__dot(d, fit.e1);
-    term[2] = springls__dot(d, fit.e2);
+    term[1] = springls__dot(d, fit->e1);
+    term[2] = springls__dot(d, fit->e2);
     term[3] = term[1] * term[1];
     term[4] = term[1] * term[2];
     term[5] = term[2] * term[2];
     value[0] = h;
-    value[1] = a.x - fit.a0.x;
-    value[2] = a.y - fit.a0.y;
-    value[3] = a.z - fit.a0.z;
+    value[1] = a.x - fit->a0.x;
+    value[2] = a.y - fit->a0.y;
+    value[3] = a.z - fit->a0.z;
     weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
+        const float scaled = weight * term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];
     }
-    fit.count++;
-    return fit;
+    fit->count++;
+    return true;
 }
 
 /* The fitted surface at the origin. */
@@ -5553,7 +5616,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)
-            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);
+            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
     result = springls__fit_highest(fit);
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)
         result.ok = 0;
@@ -5824,15 +5887,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
+    int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
-        if (fit.count == before) continue;
+        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
         lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
         upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
     }
@@ -6148,12 +6209,11 @@ SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const floa
     return cell;
 }
 
-/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */
+/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */
 SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
 {
     springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
+    springls__grid_corners(g, g->phi, x, y, z, cell.phi);
     return cell;
 }
 
@@ -9347,9 +9407,11 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
         }
     }
     if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
-                                   forces->curvature_weight);
+        for (i = 0; i < count; i++) {
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
+                                                                 motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+        }
     }
 }
 
@@ -9466,7 +9528,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        d = springls__smoothed(g, &motion->rule, s[i], d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
     }
@@ -9501,6 +9563,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
@@ -15888,33 +15951,80 @@ SPRINGLS_API springls_status springls_events(springls_context *ctx, const spring
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
-/* A ray, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the same bits for
-   both, so that a ray cannot slip between them. */
-typedef struct springls__ray {
-    float origin[3], direction[3], inverse[3];
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
+   same bits for both, so that a ray cannot slip between them. */
+typedef struct springls__ray_frame {
+    double origin[3], sx, sy, sz;
     int kx, ky, kz;
-    float sx, sy, sz;
+} springls__ray_frame;
+
+/* The direction must not be zero. */
+SPRINGLS__FN springls__ray_frame springls__ray_frame_make(const double origin[3], const double direction[3])
+{
+    springls__ray_frame f;
+    int k;
+    f.kz = 0;
+    for (k = 0; k < 3; k++) {
+        f.origin[k] = origin[k];
+        if (fabs(direction[k]) > fabs(direction[f.kz])) f.kz = k;
+    }
+    f.kx = (f.kz + 1) % 3;
+    f.ky = (f.kz + 2) % 3;
+    f.sz = 1.0 / direction[f.kz];
+    f.sx = direction[f.kx] * f.sz;
+    f.sy = direction[f.ky] * f.sz;
+    return f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and weights of its corners. */
+SPRINGLS__FN bool springls__ray_meets(const springls__ray_frame *f, springls__tri tri, double t_max, double *t, float weight[3])
+{
+    double p[3][3], u, v, w, det;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - f->origin[0];
+        d[1] = (double)q.y - f->origin[1];
+        d[2] = (double)q.z - f->origin[2];
+        p[m][0] = d[f->kx] - f->sx * d[f->kz];
+        p[m][1] = d[f->ky] - f->sy * d[f->kz];
+        p[m][2] = f->sz * d[f->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    det = u + v + w;
+    if (det == 0.0) return false;
+    *t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(*t >= 0.0 && *t <= t_max)) return false;
+    weight[0] = (float)(u / det);
+    weight[1] = (float)(v / det);
+    weight[2] = 1.0f - weight[0] - weight[1];
+    return true;
+}
+
+/* ---- through a hierarchy ---- */
+
+typedef struct springls__ray {
+    springls__ray_frame frame;
+    float origin[3], inverse[3];
 } springls__ray;
 
 SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
 {
     springls__ray r;
+    double from[3], along[3];
     int k;
     r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    r.direction[0] = direction.x; r.direction[1] = direction.y; r.direction[2] = direction.z;
+    along[0] = (double)direction.x; along[1] = (double)direction.y; along[2] = (double)direction.z;
     for (k = 0; k < 3; k++) {
-        float d = r.direction[k];
+        float d = (float)along[k];
+        from[k] = (double)r.origin[k];
         r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
     }
-    r.kz = 0;
-    for (k = 1; k < 3; k++)
-        if (springls__fabs(r.direction[k]) > springls__fabs(r.direction[r.kz])) r.kz = k;
-    r.kx = (r.kz + 1) % 3;
-    r.ky = (r.kz + 2) % 3;
-    if (r.direction[r.kz] < 0.0f) { k = r.kx; r.kx = r.ky; r.ky = k; }
-    r.sz = 1.0f / r.direction[r.kz];
-    r.sx = r.direction[r.kx] * r.sz;
-    r.sy = r.direction[r.ky] * r.sz;
+    r.frame = springls__ray_frame_make(from, along);
     return r;
 }
 
@@ -15935,37 +16045,15 @@ SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_n
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and barycentric weights. */
+/* Returns whether the ray meets a triangle within t_max, and where. */
 SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
-    double p[3][3], u, v, w, det, t;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - (double)r->origin[0];
-        d[1] = (double)q.y - (double)r->origin[1];
-        d[2] = (double)q.z - (double)r->origin[2];
-        p[m][0] = d[r->kx] - (double)r->sx * d[r->kz];
-        p[m][1] = d[r->ky] - (double)r->sy * d[r->kz];
-        p[m][2] = (double)r->sz * d[r->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return 0;
-    det = u + v + w;
-    if (det == 0.0) return 0;
-    t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(t >= 0.0 && t <= (double)t_max)) return 0;
+    double t;
+    float b[3];
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return 0;
     out->t = (float)t;
-    out->hit.bary[0] = (float)(u / det);
-    out->hit.bary[1] = (float)(v / det);
-    out->hit.bary[2] = 1.0f - out->hit.bary[0] - out->hit.bary[1];
-    out->hit.point = springls__v3_make(
-        tri.a.x * out->hit.bary[0] + tri.b.x * out->hit.bary[1] + tri.c.x * out->hit.bary[2],
-        tri.a.y * out->hit.bary[0] + tri.b.y * out->hit.bary[1] + tri.c.y * out->hit.bary[2],
-        tri.a.z * out->hit.bary[0] + tri.b.z * out->hit.bary[1] + tri.c.z * out->hit.bary[2]);
+    memcpy(out->hit.bary, b, sizeof b);
+    out->hit.point = springls__tri_point(tri, b);
     return 1;
 }
 
@@ -16039,16 +16127,447 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
     return search.best;
 }
 
+/* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles are those of
+   springls_extract_mesh, to the bit, made cube by cube where they are needed: so nothing is built before, and no ray slips
+   between two of them. */
+
+/* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
+typedef struct springls__level_hit {
+    bool found;
+    springls__v3 place, n;
+} springls__level_hit;
+
+/* Returns the k-th triangle of the cube whose corner 0 is voxel `at`. */
+SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int mask, const int at[3], int k)
+{
+    springls__cube_range range;
+    memset(&range, 0, sizeof range);
+    return springls__cube_triangle(&range, cell, mask, at[0], at[1], at[2], k);
+}
+
+/* ---- rays ---- */
+
+/* A ray through the voxels, sorted by slabs across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that each slab has a few cubes. */
+typedef struct springls__level_ray {
+    const springls__grid *g;
+    springls__ray_frame frame;
+    double t_max;
+    springls__level_hit best;
+} springls__level_ray;
+
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, or comes close to by
+   more than all rounding errors. */
+SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double slack = 1e-6, slope = axis == f->kx ? f->sx : f->sy;
+    double a = f->origin[axis] + (begin - f->origin[f->kz]) * slope, b = f->origin[axis] + (end - f->origin[f->kz]) * slope;
+    span[0] = springls__imax((int)((a < b ? a : b) - slack + 1.0) - 1, -1); /* above -1 the cast rounds down */
+    span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
+}
+
+/* Returns whether the ray comes near an active brick between two planes of its main axis. */
+SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)begin, (double)end, u);
+    springls__level_ray_span(ray, ky, (double)begin, (double)end, v);
+    if (u[0] > u[1] || v[0] > v[1]) return false;
+    at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
+    for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
+        for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
+            if (springls__slot_at(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
+    return false;
+}
+
+/* Takes the triangles of a cube that the ray meets earlier than the best. */
+SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int at[3])
+{
+    const springls__grid *g = ray->g;
+    springls__mc_cell cell;
+    int mask, k;
+    if (springls__slot_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0)) < SPRINGLS__FIRST_SLOT)
+        return;
+    cell = springls__grid_cube(g, at[0], at[1], at[2]);
+    mask = springls__mc_case(cell);
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__level_triangle(cell, mask, at, k);
+        float weight[3];
+        double along;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight) || (ray->best.found && along == ray->t_max)) continue;
+        ray->t_max = along;
+        ray->best.found = true;
+        ray->best.place = springls__tri_point(t, weight);
+        ray->best.n = springls__tri_area2(t);
+    }
+}
+
+/* Visits the cubes of one slab, and returns whether the ray has met a triangle. */
+SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)slab, (double)slab + 1.0, u);
+    springls__level_ray_span(ray, ky, (double)slab, (double)slab + 1.0, v);
+    at[ray->frame.kz] = slab;
+    for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
+        for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
+    return ray->best.found;
+}
+
+/* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
+SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double origin[3], const double direction[3],
+                                           double *t_in, double *t_out, double from[3])
+{
+    int k, entry = -1;
+    for (k = 0; k < 3; k++) {
+        double lower = -1.0 - origin[k], upper = (double)g->size[k] - origin[k];
+        if (direction[k] != 0.0) {
+            double a = lower / direction[k], b = upper / direction[k];
+            if ((a < b ? a : b) > *t_in) {
+                *t_in = a < b ? a : b;
+                entry = k;
+            }
+            if ((a < b ? b : a) < *t_out) *t_out = a < b ? b : a;
+        } else if (lower > 0.0 || upper < 0.0) {
+            return false;
+        }
+    }
+    for (k = 0; k < 3; k++) { /* at the border of the domain to the bit: a far origin costs no digits */
+        const double lower = -1.0, upper = (double)g->size[k];
+        from[k] = k != entry ? origin[k] + *t_in * direction[k] : direction[k] > 0.0 ? lower : upper;
+        from[k] = from[k] < lower ? lower : from[k] > upper ? upper : from[k];
+    }
+    return *t_in <= *t_out;
+}
+
+/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; then *t is where. */
+SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
+                                                           const double direction[3], double *t)
+{
+    springls__level_ray ray;
+    double from[3], t_in = 0.0, t_out = *t;
+    int k, slab, last, step, end;
+    memset(&ray, 0, sizeof ray);
+    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
+    ray.g = g;
+    ray.frame = springls__ray_frame_make(from, direction);
+    ray.t_max = *t - t_in;
+    k = ray.frame.kz;
+    step = direction[k] > 0.0 ? 1 : -1;
+    slab = springls__iclamp((int)(from[k] - step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
+    last = step > 0 ? g->size[k] - 1 : -1;
+    for (;; slab = end + step) {
+        int first = springls__imax(slab, 0) & ~7;
+        end = step > 0 ? springls__imin(first + 7, last) : first > 0 ? first : -1;
+        if (ray.frame.sz * ((double)(step > 0 ? slab : slab + 1) - from[k]) > t_out - t_in + 1e-6 * fabs(ray.frame.sz))
+            break;
+        if (springls__level_ray_active(&ray, step > 0 ? slab : end, (step > 0 ? end : slab) + 1))
+            for (; (slab - end) * step <= 0; slab += step)
+                if (springls__level_ray_slab(&ray, slab)) {
+                    *t = t_in + ray.t_max;
+                    return ray.best;
+                }
+        if (end == last) break;
+    }
+    return ray.best;
+}
+
+/* ---- the closest point ---- */
+
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to boxes
+   of voxels are lower bounds of them. */
+typedef struct springls__level_search {
+    const springls_context *ctx;
+    float weight[3];            /* model units that a voxel along each axis is at least                         */
+    springls__v3 x;             /* the place, model coordinates                                                 */
+    float at[3];                /* and in voxels                                                                */
+    float slack, limit2;        /* slack: more than all rounding errors; limit2: nothing better is further away */
+    float d2;
+    int brick, order;           /* of the best: the lowest among equals                                         */
+    springls__level_hit best;
+} springls__level_search;
+
+SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
+{
+    const double *m = ctx->to_world, *inverse = ctx->to_voxel;
+    bool oblique = false;
+    int k;
+    search->ctx = ctx;
+    search->best.found = false;
+    for (k = 0; k < 3; k++) {
+        const double *row = inverse + 4 * k;
+        const int next = (k + 1) % 3;
+        double across = m[k] * m[next] + m[4 + k] * m[4 + next] + m[8 + k] * m[8 + next];
+        double unit = (double)ctx->smallest_spacing;
+        search->weight[k] = (float)(1.0 / unit) / springls__sqrt((float)(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]));
+        oblique = oblique || fabs(across) > 1e-6 * (double)(ctx->largest_spacing * ctx->largest_spacing);
+    }
+    /* the distance is at least the largest of those along the axes, and the root of their squares where these are orthogonal */
+    for (k = 0; k < 3; k++) search->weight[k] *= oblique ? 0.577f : 0.99999f;
+}
+
+/* Returns a lower bound of the squared distance to a box of voxels. */
+SPRINGLS__FN float springls__level_box2(const springls__level_search *search, const int lower[3], const int upper[3])
+{
+    float sum = 0.0f;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float d = springls__max(springls__max((float)lower[k] - search->at[k], search->at[k] - (float)upper[k]), 0.0f);
+        sum += d * d * (search->weight[k] * search->weight[k]);
+    }
+    return sum;
+}
+
+SPRINGLS__FN bool springls__level_is_better(const springls__level_search *search, float d2, int brick, int order)
+{
+    if (d2 != search->d2) return d2 < search->d2;
+    return brick != search->brick ? brick < search->brick : order < search->order;
+}
+
+/* Takes the triangles of a cube that are closer than the best, or as close and of a lower order. */
+SPRINGLS__FN void springls__level_try_cube(springls__level_search *search, int brick, int cube, const int at[3], int mask,
+                                           springls__mc_cell cell)
+{
+    int k;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri voxels = springls__level_triangle(cell, mask, at, k), t;
+        springls__tri_hit h;
+        int order = 8 * cube + k;
+        float d;
+        t.a = springls__voxel_to_model(search->ctx, voxels.a);
+        t.b = springls__voxel_to_model(search->ctx, voxels.b);
+        t.c = springls__voxel_to_model(search->ctx, voxels.c);
+        h = springls__tri_closest(t, search->x);
+        if (search->best.found && !springls__level_is_better(search, h.d2, brick, order)) continue;
+        d = springls__sqrt(h.d2) + search->slack;
+        search->best.found = true;
+        search->best.place = springls__tri_point(voxels, h.bary);
+        search->best.n = springls__tri_area2(voxels);
+        search->d2 = h.d2;
+        search->brick = brick;
+        search->order = order;
+        search->limit2 = springls__min(search->limit2, d * d);
+    }
+}
+
+/* Returns the cubes [span[0], span[1]] along an axis that come within `radius`, of those of a brick. */
+SPRINGLS__FN void springls__level_span(const springls__level_search *search, const springls__cube_range *range, int axis,
+                                       float radius, int span[2])
+{
+    const int first = range->origin[axis] + range->lo[axis], last = range->origin[axis] + range->hi[axis];
+    float r = radius / search->weight[axis];
+    span[0] = (int)springls__clamp(search->at[axis] - r - 1.0f, (float)first, (float)last + 1.0f);
+    span[1] = (int)springls__clamp(search->at[axis] + r, (float)first - 1.0f, (float)last);
+}
+
+/* Searches a row of cubes, from x = span[0] to span[1], of the brick at `origin`. */
+SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int brick, const int origin[3], bool border,
+                                          const int span[2], int y, int z)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float phi[4][SPRINGLS__TILE];
+    uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
+    int k, c, at[3], end[3];
+    for (k = 0; k < 4; k++) {
+        springls__load_tile_row(g, g->phi, origin, border, y + (k & 1), z + (k >> 1), phi[k]);
+        row[k] = springls__signs_of_row(phi[k]);
+        some |= row[k];
+        all &= row[k];
+    }
+    if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) return;
+    at[1] = y;
+    at[2] = z;
+    for (at[0] = span[0]; at[0] <= span[1]; at[0]++) {
+        const int x = at[0] - origin[0], mask = springls__case_between(row, x);
+        springls__mc_cell cell;
+        if (springls__mc_count(mask) == 0) continue;
+        for (c = 0; c < 3; c++) end[c] = at[c] + 1;
+        if (springls__level_box2(search, at, end) > search->limit2) continue;
+        for (c = 0; c < 8; c++) cell.phi[c] = phi[c >> 1][x + 1 + (c & 1)];
+        springls__level_try_cube(search, brick, springls__cube_index(x, y - origin[1], z - origin[2]), at, mask, cell);
+    }
+}
+
+/* Returns a lower bound of the squared distance to the cubes of a brick of the top table; FLT_MAX when it is not active. */
+SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int lower[3], upper[3], k;
+    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return FLT_MAX;
+    springls__brick_origin(g, brick, lower);
+    for (k = 0; k < 3; k++) {
+        upper[k] = lower[k] + SPRINGLS__BRICK;
+        lower[k] -= lower[k] == 0;
+    }
+    return springls__level_box2(search, lower, upper);
+}
+
+/* Searches the cubes of a brick of the top table, row by row. */
+SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    springls__cube_range range;
+    float radius;
+    bool border;
+    int u[2], v[2], w[2], y, z;
+    if (springls__level_brick2(search, brick) > search->limit2) return;
+    radius = springls__sqrt(search->limit2);
+    range = springls__brick_cubes(g, g->top[brick]);
+    border = springls__tile_at_border(g, range.origin);
+    springls__level_span(search, &range, 0, radius, u);
+    springls__level_span(search, &range, 1, radius, v);
+    springls__level_span(search, &range, 2, radius, w);
+    for (z = w[0]; z <= w[1]; z++)
+        for (y = v[0]; y <= v[1]; y++) {
+            int at[3], end[3];
+            at[0] = u[0]; at[1] = y; at[2] = z;
+            end[0] = u[1] + 1; end[1] = y + 1; end[2] = z + 1;
+            if (springls__level_box2(search, at, end) <= search->limit2)
+                springls__level_try_row(search, brick, range.origin, border, u, y, z);
+        }
+}
+
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX where
+   there are none. */
+SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float bound = FLT_MAX;
+    int k;
+    if (r == 0) return 0.0f;
+    for (k = 0; k < 3; k++) {
+        int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
+        if (lower > 0)
+            bound = springls__min(bound, search->weight[k] * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+        if (upper < g->bricks[k])
+            bound = springls__min(bound, search->weight[k] * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+    }
+    return bound;
+}
+
+/* A walk over the bricks of the top table that are r away from brick `center`; over all active ones when r is negative. */
+typedef struct springls__ring_walk {
+    const springls__grid *g;
+    int center[3], r, at[3], next;
+} springls__ring_walk;
+
+SPRINGLS__FN springls__ring_walk springls__ring_walk_begin(const springls__grid *g, const int center[3], int r)
+{
+    springls__ring_walk walk;
+    int k;
+    walk.g = g;
+    walk.r = r;
+    walk.next = 0;
+    for (k = 0; k < 3; k++) {
+        walk.center[k] = center[k];
+        walk.at[k] = -r;
+    }
+    return walk;
+}
+
+/* Returns the next brick; -1 at the end. */
+SPRINGLS__FN int springls__ring_walk_next(springls__ring_walk *walk)
+{
+    const springls__grid *g = walk->g;
+    const int r = walk->r;
+    if (r < 0) return walk->next < g->active_count ? g->slot_brick[g->active[walk->next++]] : -1;
+    while (walk->at[2] <= r) {
+        int x = walk->center[0] + walk->at[0], y = walk->center[1] + walk->at[1], z = walk->center[2] + walk->at[2];
+        bool side = walk->at[1] == -r || walk->at[1] == r || walk->at[2] == -r || walk->at[2] == r;
+        walk->at[0] += side || r == 0 ? 1 : 2 * r;
+        if (walk->at[0] > r) {
+            walk->at[0] = -r;
+            walk->at[1]++;
+        }
+        if (walk->at[1] > r) {
+            walk->at[1] = -r;
+            walk->at[2]++;
+        }
+        if (x >= 0 && y >= 0 && z >= 0 && x < g->bricks[0] && y < g->bricks[1] && z < g->bricks[2])
+            return x + g->bricks[0] * (y + g->bricks[1] * z);
+    }
+    return -1;
+}
+
+/* Searches the bricks of a walk, the nearest one first: it leaves little to do in the others. */
+SPRINGLS__FN void springls__level_try_bricks(springls__level_search *search, springls__ring_walk walk)
+{
+    springls__ring_walk again = walk;
+    float nearest2 = search->limit2;
+    int brick, nearest = -1;
+    while ((brick = springls__ring_walk_next(&walk)) >= 0) {
+        float d2 = springls__level_brick2(search, brick);
+        if (d2 < nearest2) {
+            nearest2 = d2;
+            nearest = brick;
+        }
+    }
+    if (nearest < 0) return;
+    springls__level_try_brick(search, nearest);
+    while ((brick = springls__ring_walk_next(&again)) >= 0)
+        if (brick != nearest) springls__level_try_brick(search, brick);
+}
+
+/* Searches all bricks within the limit, ring by ring around brick `center`. */
+SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, const int center[3])
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int r;
+    for (r = 0; ; r++) {
+        const float bound = springls__level_ring_distance(search, center, r), side = (float)(2 * r + 1);
+        if (bound == FLT_MAX || bound * bound > search->limit2) return;
+        if (side * side * side > (float)g->active_count + 27.0f) break;
+        springls__level_try_bricks(search, springls__ring_walk_begin(g, center, r));
+    }
+    springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
+}
+
+/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. What the
+   search still holds of the one before saves time and cannot change the result. */
+SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
+{
+    const springls_context *ctx = search->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    const springls__v3 corner = springls__v3_make((float)g->size[0], (float)g->size[1], (float)g->size[2]);
+    double x[3];
+    float phi, near, last = FLT_MAX;
+    int k, center[3];
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    search->x = springls__world_to_model(ctx, world);
+    for (k = 0; k < 3; k++) {
+        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
+        center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
+    }
+    search->slack = 4e-6f * (springls__max_coordinate(search->x) + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    if (search->best.found) /* the last answer is on the surface too */
+        last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
+    search->best.found = false;
+    phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
+    near = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
+    if (phi < g->far_value && near < last) { /* phi is nearly the distance: where that is confirmed, this is all */
+        search->limit2 = near * near;
+        springls__level_try_rings(search, center);
+        if (search->best.found && search->d2 <= near * near) return search->best;
+        search->best.found = false;
+    }
+    search->limit2 = last < 1e18f ? last * last : FLT_MAX;
+    springls__level_try_rings(search, center);
+    return search->best;
+}
+
 /* ======== >>query  (src/output/query.h) ======================================================================== */
 /* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
 
-/* Fails when an array is missing or a point is not finite; then makes the model available on the host. */
+/* Fails when an array is missing or a point is not finite. */
 SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
                                                     const char *name)
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (count < 0 || (count > 0 && (!points || !out)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
     for (i = 0; i < 3 * (size_t)count; i++)
@@ -16097,6 +16616,7 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
 {
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
@@ -16239,42 +16759,72 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* ---- closest point, rays ---- */
+/* Does the same by the quadratic fit, where the cell list is fresh. guess: a triangle of the original surface, or -1. */
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x, int guess)
+{
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+                                                ctx->model.set.count);
+    if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
+    return springls__material_at(ctx, springl, x);
+}
+
+/* ---- closest points, rays ---- */
 
 typedef struct springls__hit_query {
     const springls_context *ctx;
     const float *points, *directions;
-    float max_distance; /* model units */
+    float max_distance; /* world units */
+    bool cells;         /* the cell list is fresh */
     springls_hit *out;
 } springls__hit_query;
 
-/* Converts a hit on the springls to the public form. distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
-                                     springls_hit *out)
+/* Begins a hit on a springl: point (voxels) and normal, bary in the springl, distance in world units. */
+SPRINGLS__FN void springls__hit_begin(const springls_context *ctx, int springl, springls__v3 point, springls__v3 normal,
+                                      const float bary[3], float distance, springls_hit *out)
 {
-    springls__v3 voxel;
-    springls__surface_hit material;
-    const springls__springl *s;
-    int k;
+    springls__v3 n = springls__normal_to_world(ctx, normal);
+    out->springl = springl;
+    out->id = ctx->model.set.id[springl];
+    springls__voxel_to_world(ctx, point, out->point);
+    out->normal[0] = n.x; out->normal[1] = n.y; out->normal[2] = n.z;
+    memcpy(out->barycentric, bary, sizeof out->barycentric);
+    out->distance = distance;
+}
+
+SPRINGLS__FN void springls__hit_none(springls_hit *out)
+{
     memset(out, 0, sizeof *out);
-    out->springl = h->triangle;
-    out->material_triangle = -1;
+    out->springl = out->material_triangle = -1;
+}
+
+/* Sets the place on the original surface. */
+SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
+{
+    if (material->triangle < 0) return;
+    springls__voxel_to_world(ctx, material->hit.point, out->material);
+    springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
+}
+
+/* ---- on the springls ---- */
+
+/* Converts a hit on the springls to the public form. distance: model units. */
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+{
+    springls__surface_hit material;
+    springls__tri t;
+    springls__v3 voxel;
+    springls__hit_none(out);
     if (h->triangle < 0) return;
-    s = &ctx->model.set.s[h->triangle];
-    for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
-    voxel = springls__scale(s->q[0], h->hit.bary[0]);
-    voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
-    voxel = springls__mad(voxel, s->q[2], h->hit.bary[2]);
-    springls__voxel_to_world(ctx, voxel, out->point);
-    out->distance = distance * ctx->smallest_spacing;
+    t = springls__springl_tri(ctx->model.set.s[h->triangle]);
+    voxel = springls__tri_point(t, h->hit.bary);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
     material = springls__material_at(ctx, h->triangle, voxel);
-    if (material.triangle < 0) return;
-    springls__voxel_to_world(ctx, material.hit.point, out->material);
-    springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
+    springls__hit_material(ctx, &material, out);
 }
 
 /* Finds closest points; each search begins at the triangle of the last one. */
-SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
@@ -16282,13 +16832,14 @@ SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
-        springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
     }
 }
 
-SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
+    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
@@ -16296,39 +16847,178 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
         if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, q->max_distance);
-        springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
+        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
     }
 }
 
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
+/* ---- on the zero level ---- */
+
+/* Returns the springl nearest to a place on the zero level, of those within about a voxel one that faces its side. */
+SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
 {
-    springls__hit_query q;
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    memset(&q, 0, sizeof q);
-    q.ctx = ctx;
-    q.points = points;
-    q.out = out;
-    springls__parallel(ctx, count, 64, springls__closest_task, &q);
+    float radius;
+    int nearest = -1;
+    for (radius = 0.25f; nearest < 0; radius *= 2.0f) { /* there is one at some distance */
+        nearest = springls__nearest_springl_facing(&ctx->model, h->place, h->n, radius);
+        if (nearest < 0 && radius >= 1.0f) nearest = springls__nearest_springl(&ctx->model, h->place, radius);
+    }
+    return nearest;
+}
+
+/* Returns the normal of phi, voxels; that of the triangle where phi has none, as in a thin sheet. */
+SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
+{
+    springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
+    return springls__dot(n, h->n) > 0.1f * springls__length(h->n) ? n : h->n;
+}
+
+/* Converts a hit on the zero level to the public form. *guess: the triangle of the original surface where the last one was. */
+SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const springls__level_hit *h, float distance, int *guess,
+                                          springls_hit *out)
+{
+    const springls_context *ctx = q->ctx;
+    springls__surface_hit material;
+    springls__tri_hit nearest;
+    int springl;
+    springls__hit_none(out);
+    if (!h->found) return;
+    springl = q->cells ? springls__springl_at(ctx, h)
+                       : springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
+    springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess) : springls__material_at(ctx, springl, h->place);
+    *guess = material.triangle;
+    springls__hit_material(ctx, &material, out);
+}
+
+SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    springls__level_search search;
+    int i, guess = -1;
+    springls__level_search_begin(q->ctx, &search);
+    for (i = begin; i < end; i++) {
+        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
+        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+    }
+}
+
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
+                                         double along[3])
+{
+    const double *m = ctx->to_voxel;
+    const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    int k;
+    if (!(length > 0.0)) return false;
+    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
+    return true;
+}
+
+SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        double from[3], along[3], t = (double)q->max_distance;
+        springls__level_hit h;
+        h.found = false;
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
+            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+    }
+}
+
+/* ---- the calls ---- */
+
+/* Returns true when all particles lie in active bricks: then the cell list can be built and the grid stays as it is. */
+SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        int origin[3];
+        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
+        if (springls__slot_at(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
+    }
+    return true;
+}
+
+/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where the
+   list would change the grid, or working memory that a step in progress uses. */
+SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
+{
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(GENERATION)
+                                           | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)
+                                           | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+    *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
+    if (!*cells) {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        return springls__springl_surface_refresh(ctx);
+    }
+    if (!ctx->cells_fresh) {
+        springls__use_device(ctx);
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
+    }
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+}
+
+/* Runs a query of either surface. */
+SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
+                                                     int count, springls_task on_level, springls_task on_soup)
+{
+    int i;
+    q->ctx = ctx;
+    if (ctx->model.set.count == 0) {
+        for (i = 0; i < count; i++) springls__hit_none(&q->out[i]);
+        return SPRINGLS_OK;
+    }
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
+        SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
+    } else {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    }
+    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT ? on_level : on_soup, q);
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
-                                              int count, float max_distance, springls_hit *out)
+SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, springls_surface surface, const char *call)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+}
+
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out)
 {
     springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
+    memset(&q, 0, sizeof q);
+    q.points = points;
+    q.out = out;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_soup_task);
+}
+
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
     if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    q.ctx = ctx;
+    memset(&q, 0, sizeof q);
     q.points = origins;
     q.directions = directions;
-    q.max_distance = max_distance > 0.0f ? springls__min(max_distance / ctx->smallest_spacing, 1e18f) : 1e18f;
+    q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
     q.out = out;
-    springls__parallel(ctx, count, 64, springls__raycast_task, &q);
-    return SPRINGLS_OK;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
@@ -17788,7 +18478,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    of a literal. When this file is included without springls.h, the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 750 \"springls.h\"\n",
+    "#line 751 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -17888,7 +18578,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1650 \"springls.h\"\n",
+    "#line 1666 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -17966,7 +18656,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1729 \"springls.h\"\n",
+    "#line 1745 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -18049,7 +18739,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1813 \"springls.h\"\n",
+    "#line 1829 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -18125,7 +18815,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1890 \"springls.h\"\n",
+    "#line 1906 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -18144,7 +18834,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1910 \"springls.h\"\n",
+    "#line 1926 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18159,7 +18849,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1926 \"springls.h\"\n",
+    "#line 1942 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18283,7 +18973,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2050 \"springls.h\"\n",
+    "#line 2066 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -18309,7 +18999,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2077 \"springls.h\"\n",
+    "#line 2093 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -18460,7 +19150,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2229 \"springls.h\"\n",
+    "#line 2245 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18475,7 +19165,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2244 \"springls.h\"\n",
+    "#line 2260 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18599,14 +19289,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2368 \"springls.h\"\n",
+    "#line 2384 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2376 \"springls.h\"\n",
+    "#line 2392 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -18618,7 +19308,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2388 \"springls.h\"\n",
+    "#line 2404 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18633,7 +19323,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2404 \"springls.h\"\n",
+    "#line 2420 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -18677,7 +19367,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2448 \"springls.h\"\n",
+    "#line 2464 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18692,7 +19382,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2463 \"springls.h\"\n",
+    "#line 2479 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -18736,17 +19426,24 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2507 \"springls.h\"\n",
+    "#line 2523 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
+    "\n",
+    "/* Returns the point of a triangle with weights on a, b, c. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float bary[3])\n",
+    "{\n",
+    "    return springls__v3_make(t.a.x * bary[0] + t.b.x * bary[1] + t.c.x * bary[2],\n",
+    "                             t.a.y * bary[0] + t.b.y * bary[1] + t.c.y * bary[2],\n",
+    "                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
     "    springls__tri_hit h;\n",
     "    h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;\n",
-    "    h.point = springls__v3_make(t.a.x * u + t.b.x * v + t.c.x * w, t.a.y * u + t.b.y * v + t.c.y * w,\n",
-    "                                t.a.z * u + t.b.z * v + t.c.z * w);\n",
+    "    h.point = springls__tri_point(t, h.bary);\n",
     "    h.d2 = springls__length2(springls__sub(x, h.point));\n",
     "    return h;\n",
     "}\n",
@@ -18808,7 +19505,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2579 \"springls.h\"\n",
+    "#line 2602 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18823,7 +19520,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2595 \"springls.h\"\n",
+    "#line 2618 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -18886,7 +19583,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2658 \"springls.h\"\n",
+    "#line 2681 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18901,7 +19598,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2673 \"springls.h\"\n",
+    "#line 2696 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -18964,7 +19661,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2737 \"springls.h\"\n",
+    "#line 2760 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -19281,7 +19978,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3055 \"springls.h\"\n",
+    "#line 3078 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -19362,13 +20059,11 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
-    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
-    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */\n",
+    "SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,\n",
+    "                                            float corner[8])\n",
     "{\n",
-    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
-    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
-    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;\n",
-    "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
+    "    int c;\n",
     "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
     "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
@@ -19380,7 +20075,17 @@ static const char *const springls__kernel_lines[] = {
     "    } else {\n",
     "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
     "    }\n",
-    "    return springls__trilinear(corner, u, v, w);\n",
+    "}\n",
+    "\n",
+    "/* Interpolates phi at x (voxels), trilinear, with the border rule. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
+    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
+    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz);\n",
+    "    float corner[8];\n",
+    "    springls__grid_corners(g, phi, i, j, k, corner);\n",
+    "    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);\n",
     "}\n",
     "\n",
     "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
@@ -19416,7 +20121,8 @@ static const char *const springls__kernel_lines[] = {
     "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
     "    }\n",
     "    if (one_brick) {\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS\n",
+    "        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS\n",
     "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
     "        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)\n",
     "            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);\n",
@@ -19458,28 +20164,41 @@ static const char *const springls__kernel_lines[] = {
     "    return d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1));\n",
     "}\n",
     "\n",
+    "/* Returns whether the tile of the brick at `origin` goes beyond the domain. */\n",
+    "SPRINGLS__MATHS bool springls__tile_at_border(const springls__grid *g, const int origin[3])\n",
+    "{\n",
+    "    return origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]\n",
+    "           || origin[2] + 9 > g->size[2];\n",
+    "}\n",
+    "\n",
+    "/* Loads the row of a tile at (y, z), voxels of the domain. */\n",
+    "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                             bool border, int y, int z, SPRINGLS__LOCAL float *out)\n",
+    "{\n",
+    "    int x;\n",
+    "    if (border) {\n",
+    "        for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, origin[0] + x - 1, y, z);\n",
+    "    } else {\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "        out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
+    "        for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "        out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Loads a tile, each item of a group some of its rows; it is complete for all items on return. */\n",
     "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
     "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    int o[3], row, x;\n",
+    "    int o[3], row;\n",
     "    bool border;\n",
     "    springls__slot_origin(g, slot, o);\n",
-    "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
+    "    border = springls__tile_at_border(g, o);\n",
     "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
-    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
-    "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
-    "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
-    "        if (border) {\n",
-    "            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);\n",
-    "        } else {\n",
-    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);\n",
-    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
-    "            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
-    "            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
-    "            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
-    "        }\n",
-    "    }\n",
+    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items)\n",
+    "        springls__load_tile_row(g, field, o, border, o[1] + row % SPRINGLS__TILE - 1, o[2] + row / SPRINGLS__TILE - 1,\n",
+    "                                tile + SPRINGLS__TILE * row);\n",
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
@@ -19700,7 +20419,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3475 \"springls.h\"\n",
+    "#line 3520 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -19709,7 +20428,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3484 \"springls.h\"\n",
+    "#line 3529 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19724,7 +20443,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3500 \"springls.h\"\n",
+    "#line 3545 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -19737,7 +20456,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3513 \"springls.h\"\n",
+    "#line 3558 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19752,7 +20471,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3528 \"springls.h\"\n",
+    "#line 3573 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -19765,7 +20484,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3541 \"springls.h\"\n",
+    "#line 3586 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -19826,14 +20545,19 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */\n",
+    "#define SPRINGLS__CURVATURE_SPAN 1.5f\n",
+    "\n",
     "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
-    "   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six\n",
-    "   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of\n",
-    "   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)\n",
+    "   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or\n",
+    "   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the\n",
+    "   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the\n",
+    "   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)\n",
     "{\n",
-    "    const float h = 1.5f, largest = 0.7f * h; /* voxels */\n",
-    "    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));\n",
+    "    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);\n",
+    "    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);\n",
     "    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);\n",
     "    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;\n",
     "    int k;\n",
@@ -19854,7 +20578,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__force_rule {\n",
     "    springls__field pressure, velocity; /* channels 0: none */\n",
-    "    float pressure_weight, velocity_weight, curvature_weight;\n",
+    "    float pressure_weight, velocity_weight, curvature_weight, curvature_span;\n",
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
@@ -19892,7 +20616,8 @@ static const char *const springls__kernel_lines[] = {
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
     "    if (rule->curvature_weight != 0.0f)\n",
-    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);\n",
+    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),\n",
+    "                            rule->curvature_weight);\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -19955,14 +20680,15 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */\n",
-    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                                    springls__movers d)\n",
+    "/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */\n",
+    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                    springls__springl s, springls__movers d)\n",
     "{\n",
     "    springls__v3 smoothing;\n",
     "    int m;\n",
     "    if (rule->smoothing == 0.0f) return d;\n",
-    "    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);\n",
+    "    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);\n",
+    "    smoothing = springls__scale(smoothing, rule->smoothing);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
     "    return d;\n",
     "}\n",
@@ -19979,7 +20705,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));\n",
+    "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
@@ -19999,7 +20725,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4264 \"springls.h\"\n",
+    "#line 4317 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -20175,7 +20901,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4441 \"springls.h\"\n",
+    "#line 4494 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -20201,7 +20927,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4468 \"springls.h\"\n",
+    "#line 4521 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -20270,7 +20996,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4538 \"springls.h\"\n",
+    "#line 4591 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -20284,8 +21010,9 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
     "}\n",
     "\n",
-    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
-    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if\n",
+    "   there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
     "    float best = radius * radius;\n",
@@ -20296,6 +21023,7 @@ static const char *const springls__kernel_lines[] = {
     "        float d2, within = radius + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        if (springls__dot(plan.n, n) < 0.0f) continue;\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
@@ -20303,6 +21031,12 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    return springls__nearest_springl_facing(model, x, springls__v3_make(0.0f, 0.0f, 0.0f), radius);\n",
     "}\n",
     "\n",
     "/* Finds the widest gap between the directions from x to the particles of its side of the surface, within r of x and at most\n",
@@ -20336,7 +21070,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4605 \"springls.h\"\n",
+    "#line 4666 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -20426,7 +21160,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4696 \"springls.h\"\n",
+    "#line 4757 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -20624,7 +21358,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4895 \"springls.h\"\n",
+    "#line 4956 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -20700,7 +21434,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4972 \"springls.h\"\n",
+    "#line 5033 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -20732,31 +21466,33 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
+    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "   sheet. */\n",
+    "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
     "{\n",
-    "    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
-    "    float r2 = springls__length2(d), h = springls__dot(d, fit.n);\n",
+    "    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
     "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
     "    int i, j;\n",
-    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;\n",
+    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) return false;\n",
     "    term[0] = 1.0f;\n",
-    "    term[1] = springls__dot(d, fit.e1);\n",
-    "    term[2] = springls__dot(d, fit.e2);\n",
+    "    term[1] = springls__dot(d, fit->e1);\n",
+    "    term[2] = springls__dot(d, fit->e2);\n",
     "    term[3] = term[1] * term[1];\n",
     "    term[4] = term[1] * term[2];\n",
     "    term[5] = term[2] * term[2];\n",
     "    value[0] = h;\n",
-    "    value[1] = a.x - fit.a0.x;\n",
-    "    value[2] = a.y - fit.a0.y;\n",
-    "    value[3] = a.z - fit.a0.z;\n",
+    "    value[1] = a.x - fit->a0.x;\n",
+    "    value[2] = a.y - fit->a0.y;\n",
+    "    value[3] = a.z - fit->a0.z;\n",
     "    weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];\n",
-    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];\n",
+    "        const float scaled = weight * term[i];\n",
+    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * term[j];\n",
+    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * value[j];\n",
     "    }\n",
-    "    fit.count++;\n",
-    "    return fit;\n",
+    "    fit->count++;\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "/* The fitted surface at the origin. */\n",
@@ -20828,7 +21564,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5101 \"springls.h\"\n",
+    "#line 5164 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -20843,7 +21579,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5116 \"springls.h\"\n",
+    "#line 5179 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20858,7 +21594,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5132 \"springls.h\"\n",
+    "#line 5195 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -20869,7 +21605,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5143 \"springls.h\"\n",
+    "#line 5206 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20884,7 +21620,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5158 \"springls.h\"\n",
+    "#line 5221 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -20895,7 +21631,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5169 \"springls.h\"\n",
+    "#line 5232 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -20998,7 +21734,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5273 \"springls.h\"\n",
+    "#line 5336 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -21282,7 +22018,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (samples->id[i] != self && springls__side_of(sides, samples->n[i]) == side)\n",
-    "            fit = springls__fit_add(fit, samples->p[i], samples->n[i], samples->a[i]);\n",
+    "            springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
     "    result = springls__fit_highest(fit);\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
     "        result.ok = 0;\n",
@@ -21477,7 +22213,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5753 \"springls.h\"\n",
+    "#line 5816 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -21552,15 +22288,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    springls__fit_result result;\n",
     "    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
-    "    int other, before;\n",
+    "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        before = fit.count;\n",
-    "        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);\n",
-    "        if (fit.count == before) continue;\n",
+    "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
     "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
     "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
     "    }\n",
@@ -21579,7 +22313,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5856 \"springls.h\"\n",
+    "#line 5917 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -21709,7 +22443,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 5987 \"springls.h\"\n",
+    "#line 6048 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -21874,12 +22608,11 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "/* Returns the cube at voxel (x, y, z) of the domain from the grid itself: slower, but without a tile. */\n",
+    "/* Returns the cube at any voxel (x, y, z) from the grid itself: slower, but without a tile. */\n",
     "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
-    "    int c;\n",
-    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
+    "    springls__grid_corners(g, g->phi, x, y, z, cell.phi);\n",
     "    return cell;\n",
     "}\n",
     "\n",
@@ -21899,7 +22632,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6178 \"springls.h\"\n",
+    "#line 6238 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -22009,7 +22742,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6289 \"springls.h\"\n",
+    "#line 6349 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -22388,7 +23121,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6669 \"springls.h\"\n",
+    "#line 6729 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -22539,7 +23272,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6821 \"springls.h\"\n",
+    "#line 6881 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -22569,7 +23302,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6851 \"springls.h\"\n",
+    "#line 6911 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22584,7 +23317,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6867 \"springls.h\"\n",
+    "#line 6927 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -22753,7 +23486,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7036 \"springls.h\"\n",
+    "#line 7096 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -22768,7 +23501,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7051 \"springls.h\"\n",
+    "#line 7111 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -22937,7 +23670,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7220 \"springls.h\"\n",
+    "#line 7280 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -22971,7 +23704,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7255 \"springls.h\"\n",
+    "#line 7315 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -23080,7 +23813,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7365 \"springls.h\"\n",
+    "#line 7425 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -23177,7 +23910,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7463 \"springls.h\"\n",
+    "#line 7523 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -23251,7 +23984,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7538 \"springls.h\"\n",
+    "#line 7598 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -23485,7 +24218,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7773 \"springls.h\"\n",
+    "#line 7833 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -23510,7 +24243,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7799 \"springls.h\"\n",
+    "#line 7859 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -23768,7 +24501,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8058 \"springls.h\"\n",
+    "#line 8118 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -23852,7 +24585,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 23856 \"springls.h\"\n",
+    "#line 24589 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -25058,16 +25791,70 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
+   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
+   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
-    const float stable = 0.15f; /* voxel^2 of curvature motion a step */
-    springls_params params;
+    float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
+    float span = springls__min(radius, springls__sqrt(2.0f * radius));
+    span = springls__min(springls__max(span, 0.15f * springls__sqrt(elapsed)), 1.4f * last);
+    return springls__max(span, SPRINGLS__CURVATURE_SPAN);
+}
+
+/* Of springls__smooth: when the area was measured last. */
+typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
+
+/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
+                                                      bool *at_rest)
+{
+    springls_measures measures;
+    *at_rest = false;
+    if (elapsed < 1.5f * rest->measured_at) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls_measure(ctx, &measures));
+    *at_rest = measures.area > 0.999 * rest->area;
+    rest->area = measures.area;
+    rest->measured_at = elapsed;
+    return SPRINGLS_OK;
+}
+
+/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
+   only until the model is at rest. */
+SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
+{
     springls_forces forces;
     springls_step_desc step;
+    springls__smooth_rest rest = { DBL_MAX, 4.0f };
+    float left = duration, curvature;
+    bool at_rest = false;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.curvature_weight = 1.0f;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
+    while (left > 0.0f && !at_rest) {
+        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = left / (springls__floor(left / step.dt) + 1.0f);
+        SPRINGLS__TRY(springls_step(ctx, &step));
+        left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
+        if (keep_volume) SPRINGLS__TRY(springls__smooth_at_rest(ctx, &rest, duration - left, &at_rest));
+        if (springls__cancelled(ctx, 1.0f - left / duration))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
+}
+
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+{
+    springls_params params;
     springls_status status;
-    float voxels, duration;
+    float voxels;
     double time;
-    int steps;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
@@ -25076,19 +25863,15 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
-    steps = (int)(duration / stable) + 1;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.curvature_weight = 1.0f;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = duration / (float)steps;
     if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
-    ctx->model.params.keep_edges = 0;
+    ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
+    ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;
-    status = springls_run(ctx, &step, steps);
+    status = springls__smooth(ctx, 0.25f * voxels * voxels, keep_volume); /* dr/dt = -2/r ends at r^2/4 */
+    ctx->curvature_span = 0.0f;
     ctx->model.params.keep_edges = params.keep_edges;
+    ctx->model.params.keep_thin = params.keep_thin;
+    ctx->model.params.curvature = params.curvature;
     ctx->model.params.volume_lock = params.volume_lock;
     ctx->time = time;
     return status;
