@@ -206,9 +206,9 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
    that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
-   were welded. */
+   were welded and repeated triangles dropped. */
 typedef struct springls_mesh_report {
-    int triangles_dropped;   /* without an area, or with a repeated corner                                          */
+    int triangles_dropped;   /* without an area, with a repeated corner, or with the corners of another triangle    */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
     int nonmanifold_edges;   /* edges of three or more triangles                                                    */
     int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
@@ -829,9 +829,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
-   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
-   springls_run. */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: a ball of radius R ends
+   with sqrt(R^2 - length^2), smaller features vanish, sharp edges become round. Steps are the longer the smoother the model
+   is. keep_volume: every component keeps its volume (manual, VOLUME LOCK), and the motion ends early when all are round.
+   EMPTY_MODEL: nothing is left. Other failures: as springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until

@@ -93,9 +93,11 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
         }
     }
     if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
-                                   forces->curvature_weight);
+        for (i = 0; i < count; i++) {
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
+                                                                 motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+        }
     }
 }
 
@@ -212,7 +214,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        d = springls__smoothed(g, &motion->rule, s[i], d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
     }
@@ -247,6 +249,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
