@@ -925,9 +925,9 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
    that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
-   were welded. */
+   were welded and repeated triangles dropped. */
 typedef struct springls_mesh_report {
-    int triangles_dropped;   /* without an area, or with a repeated corner                                          */
+    int triangles_dropped;   /* without an area, with a repeated corner, or with the corners of another triangle    */
     int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
     int nonmanifold_edges;   /* edges of three or more triangles                                                    */
     int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
@@ -1548,9 +1548,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
-   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
-   springls_run. */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: a ball of radius R ends
+   with sqrt(R^2 - length^2), smaller features vanish, sharp edges become round. Steps are the longer the smoother the model
+   is. keep_volume: every component keeps its volume (manual, VOLUME LOCK), and the motion ends early when all are round.
+   EMPTY_MODEL: nothing is left. Other failures: as springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
 /* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
@@ -3217,7 +3218,8 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
     if (one_brick) {
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS
+        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
+        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(first[0], first[1], first[2]);
         for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
             sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
@@ -3642,14 +3644,19 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
     }
 }
 
+/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */
+#define SPRINGLS__CURVATURE_SPAN 1.5f
+
 /* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of
-   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six
-   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of
-   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
-SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)
+   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or
+   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the
+   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the
+   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */
+SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
-    const float h = 1.5f, largest = 0.7f * h; /* voxels */
-    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);
+    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);
     springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
     float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
     int k;
@@ -3670,7 +3677,7 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
 
 typedef struct springls__force_rule {
     springls__field pressure, velocity; /* channels 0: none */
-    float pressure_weight, velocity_weight, curvature_weight;
+    float pressure_weight, velocity_weight, curvature_weight, curvature_span;
     int flow;
     float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
@@ -3708,7 +3715,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
     if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);
+        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),
+                            rule->curvature_weight);
     return out;
 }
 
@@ -3771,14 +3779,15 @@ SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model
     return k1;
 }
 
-/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */
-SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
-                                                    springls__movers d)
+/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */
+SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,
+                                                    springls__springl s, springls__movers d)
 {
     springls__v3 smoothing;
     int m;
     if (rule->smoothing == 0.0f) return d;
-    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);
+    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);
+    smoothing = springls__scale(smoothing, rule->smoothing);
     for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);
     return d;
 }
@@ -3795,7 +3804,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     (void)args;
     at.x[0] = s.p;
     for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));
+    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));
     if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
     d2 = springls__length2(d.x[0]);
@@ -4019,6 +4028,7 @@ struct springls_context {
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     springls__work work;
+    float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
@@ -9398,9 +9408,11 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, const springls_
         }
     }
     if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__curvature_velocity(&motion->ctx->model.grid, points[i]),
-                                   forces->curvature_weight);
+        for (i = 0; i < count; i++) {
+            springls__v3 velocity = springls__curvature_velocity(&motion->ctx->model.grid, points[i], normals[i],
+                                                                 motion->rule.curvature_span);
+            out[i] = springls__mad(out[i], velocity, forces->curvature_weight);
+        }
     }
 }
 
@@ -9517,7 +9529,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         const springls__grid *g = &motion->ctx->model.grid;
         springls__movers d;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = k1[m * count + i];
-        d = springls__smoothed(g, &motion->rule, s[i].p, d);
+        d = springls__smoothed(g, &motion->rule, s[i], d);
         if (motion->rule.stop_at_topology && springls__is_held(g, s[i], d.x[0])) memset(&d, 0, sizeof d);
         motion->displacement[first + i] = d;
     }
@@ -9552,6 +9564,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
+    motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
@@ -14571,6 +14584,50 @@ SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const 
     }
 }
 
+/* Returns 1 for three corners in ascending order, turned round cyclically or not, and -1 for the reverse. */
+SPRINGLS__FN int springls__mesh_corner_order(const int c[3]) { return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1; }
+
+/* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
+{
+    const int *c = m->corner + 3 * t;
+    const int low = springls__imin(springls__imin(c[0], c[1]), c[2]), high = springls__imax(springls__imax(c[0], c[1]), c[2]);
+    const size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3((uint32_t)low, (uint32_t)high, (uint32_t)c[0] ^ (uint32_t)c[1] ^ (uint32_t)c[2]) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        const int *d = m->corner + 3 * m->table[slot];
+        if (springls__imin(springls__imin(d[0], d[1]), d[2]) == low && springls__imax(springls__imax(d[0], d[1]), d[2]) == high
+            && (d[0] ^ d[1] ^ d[2]) == (c[0] ^ c[1] ^ c[2])) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = t;
+    return m->table[slot];
+}
+
+/* Leaves one of the listed triangles that lie on each other corner by corner: the first that faces as most do; of as many either
+   way one each, a sheet with two sides. So no place is more crowded than the surface makes it. Overwrites m->edge and m->queue. */
+SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
+{
+    enum { FORWARD = 1, BACKWARD = 2 };
+    int *facing = m->edge, t, k, n = 0;
+    size_t slot;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    for (t = 0; t < m->count; t++) {
+        facing[t] = 0;
+        m->queue[t] = springls__mesh_first_alike(m, t);
+        facing[m->queue[t]] += springls__mesh_corner_order(m->corner + 3 * t);
+    }
+    for (t = 0; t < m->count; t++)
+        if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
+    for (t = 0; t < m->count; t++) {
+        int one = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
+        if (!(facing[m->queue[t]] & one)) continue;
+        facing[m->queue[t]] &= ~one;
+        for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
+        m->triangle[n++] = m->triangle[t];
+    }
+    m->count = n;
+}
+
 /* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
 SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
 {
@@ -14739,10 +14796,10 @@ SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls
 {
     if (!r->closed)
         springls__log(ctx, 2, "mesh not closed (%d boundary, %d non-manifold, %d misoriented edges): inside is where the "
-                      "winding number exceeds one half; %d triangles without area dropped%s", r->boundary_edges,
+                      "winding number exceeds one half; %d triangles dropped%s", r->boundary_edges,
                       r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, repaired ? ", orientation repaired" : "");
     else if (r->flipped || r->triangles_dropped)
-        springls__log(ctx, 2, "mesh%s, %d triangles without area dropped", r->flipped ? " was inside out and has been turned"
+        springls__log(ctx, 2, "mesh%s, %d triangles dropped", r->flipped ? " was inside out and has been turned"
                       : " is closed", r->triangles_dropped);
 }
 
@@ -14914,6 +14971,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
     springls__mesh_list_triangles(m, triangles, triangle_count);
     SPRINGLS__TRY(springls__mesh_check_bounds(ctx, lower, upper, &beyond));
+    springls__mesh_drop_repeated(m);
     springls__mesh_edges(m);
     springls__mesh_report_topology(m, report);
     unbalanced = springls__mesh_face_outwards(m, positions, stride, report);
@@ -18521,7 +18579,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1666 \"springls.h\"\n",
+    "#line 1667 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -18599,7 +18657,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 1745 \"springls.h\"\n",
+    "#line 1746 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -18682,7 +18740,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 1829 \"springls.h\"\n",
+    "#line 1830 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -18758,7 +18816,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1906 \"springls.h\"\n",
+    "#line 1907 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -18777,7 +18835,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1926 \"springls.h\"\n",
+    "#line 1927 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -18792,7 +18850,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1942 \"springls.h\"\n",
+    "#line 1943 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -18916,7 +18974,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2066 \"springls.h\"\n",
+    "#line 2067 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -18942,7 +19000,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2093 \"springls.h\"\n",
+    "#line 2094 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -19093,7 +19151,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2245 \"springls.h\"\n",
+    "#line 2246 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19108,7 +19166,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2260 \"springls.h\"\n",
+    "#line 2261 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -19232,14 +19290,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2384 \"springls.h\"\n",
+    "#line 2385 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2392 \"springls.h\"\n",
+    "#line 2393 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -19251,7 +19309,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2404 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19266,7 +19324,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2420 \"springls.h\"\n",
+    "#line 2421 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19310,7 +19368,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2464 \"springls.h\"\n",
+    "#line 2465 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19325,7 +19383,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2479 \"springls.h\"\n",
+    "#line 2480 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -19369,7 +19427,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2523 \"springls.h\"\n",
+    "#line 2524 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -19448,7 +19506,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2602 \"springls.h\"\n",
+    "#line 2603 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19463,7 +19521,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2618 \"springls.h\"\n",
+    "#line 2619 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19526,7 +19584,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2681 \"springls.h\"\n",
+    "#line 2682 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -19541,7 +19599,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 2697 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -19604,7 +19662,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2760 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -19921,7 +19979,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3078 \"springls.h\"\n",
+    "#line 3079 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -20064,7 +20122,8 @@ static const char *const springls__kernel_lines[] = {
     "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
     "    }\n",
     "    if (one_brick) {\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, first[0], first[1], first[2]) * SPRINGLS__BRICK_VOXELS\n",
+    "        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS\n",
     "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
     "        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)\n",
     "            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);\n",
@@ -20361,7 +20420,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "}\n",
-    "#line 3519 \"springls.h\"\n",
+    "#line 3521 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -20370,7 +20429,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "#line 3528 \"springls.h\"\n",
+    "#line 3530 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20385,7 +20444,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3544 \"springls.h\"\n",
+    "#line 3546 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20398,7 +20457,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3557 \"springls.h\"\n",
+    "#line 3559 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -20413,7 +20472,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3572 \"springls.h\"\n",
+    "#line 3574 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
@@ -20426,7 +20485,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
     "                                -s2x * s2y * sz * sz * amplitude);\n",
     "}\n",
-    "#line 3585 \"springls.h\"\n",
+    "#line 3587 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -20487,14 +20546,19 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Voxels: how far along tangents curvature is measured. Less is noisier, and stable in shorter steps only. */\n",
+    "#define SPRINGLS__CURVATURE_SPAN 1.5f\n",
+    "\n",
     "/* Returns the velocity of motion by curvature at x: along -n by the sum of the two principal curvatures, div(n) in 1/voxel, of\n",
-    "   phi's level there, whose normal n is smoother than a triangle's; no motion where phi has no gradient. Differences along six\n",
-    "   tangents stay close to the surface, where phi is a distance, and leave out its second derivative along n. A circle of\n",
-    "   curvature k through x has the distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x)\n",
+    "   phi's level there. Its normal n is smoother than a triangle's, which decides only the side, since phi may have lost a drop or\n",
+    "   a sheet; there is no motion where phi has no gradient. Differences to the distance h along six tangents stay close to the\n",
+    "   surface, where phi is a distance, and leave out its second derivative along n. A circle of curvature k through x has the\n",
+    "   distance d = k (h^2 - d^2) / 2 from the place at h on its tangent. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)\n",
     "{\n",
-    "    const float h = 1.5f, largest = 0.7f * h; /* voxels */\n",
-    "    springls__v3 n = springls__normalize(springls__grid_gradient(g, g->phi, x));\n",
+    "    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);\n",
+    "    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);\n",
     "    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);\n",
     "    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;\n",
     "    int k;\n",
@@ -20515,7 +20579,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__force_rule {\n",
     "    springls__field pressure, velocity; /* channels 0: none */\n",
-    "    float pressure_weight, velocity_weight, curvature_weight;\n",
+    "    float pressure_weight, velocity_weight, curvature_weight, curvature_span;\n",
     "    int flow;\n",
     "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
     "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
@@ -20553,7 +20617,8 @@ static const char *const springls__kernel_lines[] = {
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
     "    if (rule->curvature_weight != 0.0f)\n",
-    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x), rule->curvature_weight);\n",
+    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),\n",
+    "                            rule->curvature_weight);\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -20616,14 +20681,15 @@ static const char *const springls__kernel_lines[] = {
     "    return k1;\n",
     "}\n",
     "\n",
-    "/* Returns displacements with the motion of eq. 22's curvature term at the particle x added, in a level set that springls carry. */\n",
-    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                                    springls__movers d)\n",
+    "/* Adds to the displacements of springl s the motion of eq. 22's curvature term, for a level set that springls carry. */\n",
+    "SPRINGLS__MATHS springls__movers springls__smoothed(const springls__grid *g, const springls__force_rule *rule,\n",
+    "                                                    springls__springl s, springls__movers d)\n",
     "{\n",
     "    springls__v3 smoothing;\n",
     "    int m;\n",
     "    if (rule->smoothing == 0.0f) return d;\n",
-    "    smoothing = springls__scale(springls__curvature_velocity(g, x), rule->smoothing);\n",
+    "    smoothing = springls__curvature_velocity(g, s.p, springls__springl_normal(s), rule->curvature_span);\n",
+    "    smoothing = springls__scale(smoothing, rule->smoothing);\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__add(d.x[m], smoothing);\n",
     "    return d;\n",
     "}\n",
@@ -20640,7 +20706,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    at.x[0] = s.p;\n",
     "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = springls__smoothed(&model->grid, &rule, s.p, springls__displacement_of(model, &rule, at));\n",
+    "    d = springls__smoothed(&model->grid, &rule, s, springls__displacement_of(model, &rule, at));\n",
     "    if (rule.stop_at_topology && springls__is_held(&model->grid, s, d.x[0]))\n",
     "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    d2 = springls__length2(d.x[0]);\n",
@@ -20660,7 +20726,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4308 \"springls.h\"\n",
+    "#line 4318 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -20836,7 +20902,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4485 \"springls.h\"\n",
+    "#line 4495 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -20862,7 +20928,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 4512 \"springls.h\"\n",
+    "#line 4522 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -20931,7 +20997,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 4582 \"springls.h\"\n",
+    "#line 4592 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -21005,7 +21071,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(gaps) != 0;\n",
     "}\n",
-    "#line 4657 \"springls.h\"\n",
+    "#line 4667 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -21095,7 +21161,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__find_neighbors(model, i, model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 4748 \"springls.h\"\n",
+    "#line 4758 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -21293,7 +21359,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4947 \"springls.h\"\n",
+    "#line 4957 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -21369,7 +21435,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5024 \"springls.h\"\n",
+    "#line 5034 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -21499,7 +21565,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 5155 \"springls.h\"\n",
+    "#line 5165 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -21514,7 +21580,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 5170 \"springls.h\"\n",
+    "#line 5180 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21529,7 +21595,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5186 \"springls.h\"\n",
+    "#line 5196 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21540,7 +21606,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5197 \"springls.h\"\n",
+    "#line 5207 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -21555,7 +21621,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5212 \"springls.h\"\n",
+    "#line 5222 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -21566,7 +21632,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 5223 \"springls.h\"\n",
+    "#line 5233 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -21669,7 +21735,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 5327 \"springls.h\"\n",
+    "#line 5337 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -22148,7 +22214,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5807 \"springls.h\"\n",
+    "#line 5817 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -22248,7 +22314,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5908 \"springls.h\"\n",
+    "#line 5918 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -22378,7 +22444,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[n] = model->set.id[i];\n",
     "    springls__inherit_components(model, n, i);\n",
     "}\n",
-    "#line 6039 \"springls.h\"\n",
+    "#line 6049 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -22567,7 +22633,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6229 \"springls.h\"\n",
+    "#line 6239 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns true when no springl covers place x of the zero level, facing n: none comes within `covered` or, beside a thin sheet,\n",
@@ -22677,7 +22743,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 6340 \"springls.h\"\n",
+    "#line 6350 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* Writes oriented springl i: springls in the order of the cells, then the large ones, so that those near a brick lie side by\n",
@@ -23056,7 +23122,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6720 \"springls.h\"\n",
+    "#line 6730 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -23207,7 +23273,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 6872 \"springls.h\"\n",
+    "#line 6882 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -23237,7 +23303,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6902 \"springls.h\"\n",
+    "#line 6912 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23252,7 +23318,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6918 \"springls.h\"\n",
+    "#line 6928 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23421,7 +23487,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7087 \"springls.h\"\n",
+    "#line 7097 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -23436,7 +23502,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7102 \"springls.h\"\n",
+    "#line 7112 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -23605,7 +23671,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7271 \"springls.h\"\n",
+    "#line 7281 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -23639,7 +23705,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7306 \"springls.h\"\n",
+    "#line 7316 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -23748,7 +23814,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7416 \"springls.h\"\n",
+    "#line 7426 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -23845,7 +23911,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 7514 \"springls.h\"\n",
+    "#line 7524 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -23919,7 +23985,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 7589 \"springls.h\"\n",
+    "#line 7599 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -24153,7 +24219,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 7824 \"springls.h\"\n",
+    "#line 7834 \"springls.h\"\n",
     "/* write.h - springls that the caller moves. */\n",
     "\n",
     "/* Returns where particle p goes when its triangle does: it keeps its weights of the corners, and its offset from that place. */\n",
@@ -24178,7 +24244,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7850 \"springls.h\"\n",
+    "#line 7860 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -24436,7 +24502,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 8109 \"springls.h\"\n",
+    "#line 8119 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -24520,7 +24586,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 24524 \"springls.h\"\n",
+    "#line 24590 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -25726,16 +25792,70 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+/* Returns how far along tangents curvature is measured in the next step, voxels: further, the smoother the surface is, so that
+   steps may be longer. The ring stays within the sharpest place and within the band where phi is a distance. A place much
+   sharper than what has had the time to vanish is an error of a springl, and does not shorten steps. */
+SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
-    const float stable = 0.15f; /* voxel^2 of curvature motion a step */
-    springls_params params;
+    float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
+    float span = springls__min(radius, springls__sqrt(2.0f * radius));
+    span = springls__min(springls__max(span, 0.15f * springls__sqrt(elapsed)), 1.4f * last);
+    return springls__max(span, SPRINGLS__CURVATURE_SPAN);
+}
+
+/* Of springls__smooth: when the area was measured last. */
+typedef struct springls__smooth_rest { double area; float measured_at; } springls__smooth_rest;
+
+/* Finds, each time that half as much time again has passed, whether the area has become steady: all components are balls. */
+SPRINGLS__FN springls_status springls__smooth_at_rest(springls_context *ctx, springls__smooth_rest *rest, float elapsed,
+                                                      bool *at_rest)
+{
+    springls_measures measures;
+    *at_rest = false;
+    if (elapsed < 1.5f * rest->measured_at) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls_measure(ctx, &measures));
+    *at_rest = measures.area > 0.999 * rest->area;
+    rest->area = measures.area;
+    rest->measured_at = elapsed;
+    return SPRINGLS_OK;
+}
+
+/* Runs motion by curvature for a time, voxel^2: in steps as long as the span of each permits, and with volumes that are kept
+   only until the model is at rest. */
+SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float duration, bool keep_volume)
+{
     springls_forces forces;
     springls_step_desc step;
+    springls__smooth_rest rest = { DBL_MAX, 4.0f };
+    float left = duration, curvature;
+    bool at_rest = false;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.curvature_weight = 1.0f;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
+    while (left > 0.0f && !at_rest) {
+        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
+        step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* a place moves half way to the mean of its ring: stable */
+        step.dt = left / (springls__floor(left / step.dt) + 1.0f);
+        SPRINGLS__TRY(springls_step(ctx, &step));
+        left = left > 1.5f * step.dt ? left - step.dt : 0.0f;
+        if (keep_volume) SPRINGLS__TRY(springls__smooth_at_rest(ctx, &rest, duration - left, &at_rest));
+        if (springls__cancelled(ctx, 1.0f - left / duration))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
+    }
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* of what phi has lost since the last time */
+    return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
+}
+
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+{
+    springls_params params;
     springls_status status;
-    float voxels, duration;
+    float voxels;
     double time;
-    int steps;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
@@ -25744,19 +25864,15 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
-    duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
-    steps = (int)(duration / stable) + 1;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.curvature_weight = 1.0f;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = duration / (float)steps;
     if (!params.volume_lock) springls__forget_targets(ctx); /* the volumes locked by an earlier call may have changed */
-    ctx->model.params.keep_edges = 0;
+    ctx->model.params.keep_edges = ctx->model.params.keep_thin = 0;
+    ctx->model.params.curvature = 0.0f;
     ctx->model.params.volume_lock = keep_volume;
-    status = springls_run(ctx, &step, steps);
+    status = springls__smooth(ctx, 0.25f * voxels * voxels, keep_volume); /* dr/dt = -2/r ends at r^2/4 */
+    ctx->curvature_span = 0.0f;
     ctx->model.params.keep_edges = params.keep_edges;
+    ctx->model.params.keep_thin = params.keep_thin;
+    ctx->model.params.curvature = params.curvature;
     ctx->model.params.volume_lock = params.volume_lock;
     ctx->time = time;
     return status;
